@@ -1,0 +1,1 @@
+"""What does my force model lack, and can I trust what I learned about it?"""

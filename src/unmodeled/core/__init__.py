@@ -1,0 +1,1 @@
+"""Foundations without physics: parameters, frames, time, constants, seeds, errors, provenance."""

@@ -1,0 +1,1 @@
+"""Trajectories: bodies, initial conditions, propagation, noise, splits and readers."""

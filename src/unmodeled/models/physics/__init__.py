@@ -1,0 +1,1 @@
+"""Effects written once as symbols; accelerations, orbits and partials are compiled from them."""

@@ -1,0 +1,1 @@
+"""Configuration, metrics and the jobs that join data, learners and reports."""

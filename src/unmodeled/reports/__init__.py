@@ -1,0 +1,1 @@
+"""Figures, tables, captions and the HTML page: everything a person looks at."""
