@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["ASTRONOMICAL_UNIT", "DAY", "EARTH_ROTATION_RATE", "G", "SPEED_OF_LIGHT", "Constant"]
+__all__ = ["ASTRONOMICAL_UNIT", "DAY", "EARTH_ROTATION_RATE", "SPEED_OF_LIGHT", "Constant", "G"]
 
 
 @dataclass(frozen=True, slots=True)

@@ -67,7 +67,11 @@ class Trajectory:
         put(self, "velocities", as_array(self.velocities, ("n", 3), f"{label}: velocities"))
         lengths = {len(self.times), len(self.positions), len(self.velocities)}
         if self.accelerations is not None:
-            put(self, "accelerations", as_array(self.accelerations, ("n", 3), f"{label}: accelerations"))
+            put(
+                self,
+                "accelerations",
+                as_array(self.accelerations, ("n", 3), f"{label}: accelerations"),
+            )
             lengths.add(len(self.accelerations))
         if len(lengths) != 1:
             raise DataError(f"{label}: columns have different lengths {sorted(lengths)}")
@@ -94,7 +98,8 @@ class Trajectory:
     @property
     def radii(self) -> Array:
         """Distance from the centre, m, (n,)."""
-        return np.linalg.norm(self.positions, axis=1)
+        radii: Array = np.linalg.norm(self.positions, axis=1)
+        return radii
 
     def __getitem__(self, index: slice | Array) -> Trajectory:
         """Return the samples selected by a slice, mask or index array (order kept)."""
