@@ -1,0 +1,258 @@
+"""A force model with numbers: accelerations, partials, orbits, collisions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from unmodeled.core.arrays import Array, as_array, check_increasing
+from unmodeled.core.errors import ConfigError, OrbitError, nearest
+from unmodeled.core.parameters import Parameter
+from unmodeled.models.physics import compiled
+from unmodeled.models.physics.collision import first_entry
+from unmodeled.models.physics.effect import Effect
+from unmodeled.models.physics.system import System
+
+__all__ = ["Dynamics", "VariationalOrbit"]
+
+
+@dataclass(frozen=True)
+class VariationalOrbit:
+    """An orbit with its first-order partial derivatives.
+
+    Parameters
+    ----------
+    states : ndarray (n, 6)
+        Position and velocity.
+    transition : ndarray (n, 6, 6)
+        d state(t) / d state(first time).
+    sensitivity : ndarray (n, 6, p)
+        d state(t) / d parameter, in the order of ``parameters``.
+    parameters : tuple of str
+        Names.
+    """
+
+    states: Array
+    transition: Array
+    sensitivity: Array
+    parameters: tuple[str, ...]
+
+
+class Dynamics:
+    """Sum of effects about one body, with values of its parameters.
+
+    Everything is in one consistent set of units: SI when the values are SI. Immutable.
+
+    Parameters
+    ----------
+    effects : iterable of Effect
+        The forces.
+    values : mapping of str to float
+        Parameter values; those not given keep the effect's default.
+    spinning : bool
+        True if effects in body axes turn with the parameters ``spin_rate`` (rad per unit time,
+        about z) and ``prime_meridian`` (rad).
+
+    Raises
+    ------
+    ConfigError
+        Unknown parameter (the nearest name is suggested), value out of bounds, term twice.
+
+    Examples
+    --------
+    >>> from unmodeled.models.physics import Dynamics, PointMass
+    >>> Dynamics([PointMass()], {"GM": 4.0}).acceleration([[2.0, 0.0, 0.0]])
+    array([[-1.,  0.,  0.]])
+    """
+
+    def __init__(
+        self,
+        effects: Iterable[Effect],
+        values: Mapping[str, float] | None = None,
+        *,
+        spinning: bool = False,
+    ) -> None:
+        self.system = System(tuple(effects), spinning)
+        given = dict(values or {})
+        known = {p.name for p in self.system.parameters}
+        for name in given:
+            if name not in known:
+                raise ConfigError(f'unknown parameter "{name}"', do=nearest(name, known))
+        self._parameters = tuple(
+            p.with_value(given.get(p.name, p.value)) for p in self.system.parameters
+        )
+        self._pars = np.array([p.value for p in self._parameters])
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """The effects."""
+        return self.system.effects
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Parameters with their values."""
+        return self._parameters
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Parameter values by name."""
+        return {p.name: p.value for p in self._parameters}
+
+    def with_values(self, values: Mapping[str, float]) -> Dynamics:
+        """Return the same model with some values changed; nothing is compiled again."""
+        merged = self.values | dict(values)
+        return Dynamics(self.effects, merged, spinning=self.system.spinning)
+
+    # Pointwise -------------------------------------------------------------------------------
+
+    def acceleration(self, points: Any, times: Any = 0.0) -> Array:
+        """Return accelerations (n, 3), inertial components.
+
+        Parameters
+        ----------
+        points : array_like (n, 3) or (n, 6)
+            Positions, or states; a model that needs the velocity refuses bare positions.
+        times : float or array_like (n,)
+            Time since the epoch; matters for spinning bodies and moving sources.
+        """
+        return self._evaluate(compiled.acceleration_function(self.system), points, times)
+
+    def state_partials(self, points: Any, times: Any = 0.0) -> Array:
+        """Return d acceleration / d state, shape (n, 3, 6)."""
+        flat = self._evaluate(compiled.acceleration_function(self.system, "state"), points, times)
+        return flat.reshape(-1, 3, 6)
+
+    def parameter_partials(self, points: Any, names: Sequence[str], times: Any = 0.0) -> Array:
+        """Return d acceleration / d parameter, shape (n, 3, p), in the order of ``names``."""
+        self._check_names(names)
+        columns = [
+            self._evaluate(compiled.acceleration_function(self.system, name), points, times)
+            for name in names
+        ]
+        return np.stack(columns, axis=-1)
+
+    def potential(self, points: Any, times: Any = 0.0) -> Array:
+        """Return the force function U (acceleration = +grad U), shape (n,)."""
+        return self._evaluate(compiled.potential_function(self.system), points, times)[:, 0]
+
+    # Orbits ----------------------------------------------------------------------------------
+
+    def propagate(self, state: Any, times: Any) -> Array:
+        """Propagate one orbit.
+
+        Parameters
+        ----------
+        state : array_like (6,)
+            Position and velocity, inertial, at ``times[0]``.
+        times : array_like (n,)
+            Strictly increasing times since the epoch.
+
+        Returns
+        -------
+        ndarray (n, 6)
+            States at ``times``; the first is ``state``.
+
+        Raises
+        ------
+        OrbitError
+            If the orbit cannot be continued (it reaches a singularity of the field).
+        """
+        ta = compiled.integrator(self.system)
+        return self._run(ta, as_array(state, (6,), "state"), self._grid(times))
+
+    def propagate_variational(
+        self, state: Any, times: Any, parameters: Sequence[str] = ()
+    ) -> VariationalOrbit:
+        """Propagate one orbit with its state-transition matrix and parameter sensitivities.
+
+        Parameters
+        ----------
+        state, times
+            As in `propagate`.
+        parameters : sequence of str
+            Names of the parameters to differentiate by.
+        """
+        self._check_names(parameters)
+        names = tuple(parameters)
+        ta = compiled.variational_integrator(self.system, names)
+        start = as_array(state, (6,), "state")
+        p = len(names)
+        partials = np.hstack([np.eye(6), np.zeros((6, p))])
+        out = self._run(ta, np.concatenate([start, partials.ravel()]), self._grid(times))
+        block = out[:, 6:].reshape(-1, 6, 6 + p)
+        return VariationalOrbit(out[:, :6], block[:, :, :6], block[:, :, 6:], names)
+
+    def first_collision(self, states: Any, durations: Any, radius: float) -> Array:
+        """Return when each orbit first enters a sphere.
+
+        Orbits are integrated side by side, as many as the processor has lanes; a lane whose orbit
+        has ended takes the next one, so a result does not depend on its neighbours.
+
+        Parameters
+        ----------
+        states : array_like (b, 6)
+            States at time zero.
+        durations : array_like (b,)
+            How long to follow each orbit, > 0.
+        radius : float
+            Radius of the sphere about the origin.
+
+        Returns
+        -------
+        ndarray (b,)
+            Time of entry; 0 for an orbit that starts inside; NaN for one that stays outside.
+
+        Raises
+        ------
+        NumericalError
+            If an integration breaks down outside the sphere.
+        """
+        states = as_array(states, ("b", 6), "states")
+        durations = as_array(durations, (len(states),), "durations")
+        if not radius > 0:
+            raise ConfigError(f"collision radius is {radius}", allowed="a number > 0")
+        return first_entry(self.system, self._pars, states, durations, radius)
+
+    # Shared ----------------------------------------------------------------------------------
+
+    def _check_names(self, names: Iterable[str]) -> None:
+        known = [p.name for p in self._parameters]
+        for name in names:
+            if name not in known:
+                raise ConfigError(f'unknown parameter "{name}"', do=nearest(name, known))
+
+    def _evaluate(self, function: Any, points: Any, times: Any) -> Array:
+        points = np.asarray(points, dtype=np.float64)
+        if points.ndim == 2 and points.shape[1] == 3 and self.system.position_only:
+            points = np.hstack([points, np.zeros_like(points)])
+        states = as_array(points, ("n", 6), "states")
+        n = len(states)
+        inputs = np.ascontiguousarray(states.T)
+        # heyoka counts parameters up to the last one that the expression uses.
+        used = self._pars[: function.nparams, None]
+        out: Array = function(
+            inputs=inputs,
+            pars=np.broadcast_to(used, (len(used), n)).copy() if len(used) else None,
+            time=np.broadcast_to(np.asarray(times, dtype=np.float64), (n,)).copy(),
+        )
+        return np.ascontiguousarray(out.T)
+
+    def _grid(self, times: Any) -> Array:
+        grid = as_array(times, ("n",), "times")
+        check_increasing(grid, "times")
+        return grid
+
+    def _run(self, ta: Any, state: Array, grid: Array) -> Array:
+        ta.time = grid[0]
+        ta.state[:] = state
+        ta.pars[:] = self._pars[: len(ta.pars)]
+        outcome, *_, states = ta.propagate_grid(grid)
+        if len(states) < len(grid) or not np.all(np.isfinite(states)):
+            raise OrbitError(
+                f"the orbit breaks down at t = {float(ta.time):.6g} ({outcome})",
+                do="check that it does not pass through the centre of the field",
+            )
+        return np.array(states)
