@@ -65,8 +65,8 @@ class Learner(ABC):
 
     #: Name in configurations, reports and saved files; registers the class.
     name: ClassVar[str] = ""
-    #: True if ``predict_covariance`` is available.
-    has_covariance: ClassVar[bool] = False
+    #: True if ``predict_covariance`` is available; a wrapper sets it for each object.
+    has_covariance: bool = False
     #: Fewest samples that ``fit`` accepts.
     min_samples: ClassVar[int] = 4
 
@@ -76,6 +76,11 @@ class Learner(ABC):
         super().__init_subclass__(**kwargs)
         if cls.name:
             _REGISTRY[cls.name] = cls
+
+    @classmethod
+    def default_params(cls) -> dict[str, Any]:
+        """Return the hyperparameters with their defaults (``inspect.Parameter.empty``: none)."""
+        return {name: p.default for name, p in inspect.signature(cls).parameters.items()}
 
     def get_params(self) -> dict[str, Any]:
         """Return the hyperparameters by name, as given to ``__init__``."""
@@ -264,9 +269,15 @@ def load_learner(path: Path | str) -> Learner:
             f"{path} cannot be read as a saved learner ({exc})",
             do="train again; the file is damaged or of another kind",
         ) from exc
-    if header.get("format") != _FORMAT:
+    if not isinstance(header, dict) or header.get("format") != _FORMAT:
         raise DataError(f"{path} is not a saved learner", allowed=f"format {_FORMAT}")
-    learner = learner_class(header["name"])._from_params(header["params"])
-    learner._restore(arrays)
-    learner.n_samples_ = int(header["n_samples"])
+    try:
+        learner = learner_class(header["name"])._from_params(header["params"])
+        learner._restore(arrays)
+        learner.n_samples_ = int(header["n_samples"])
+    except (KeyError, TypeError, ValueError, IndexError) as exc:
+        raise DataError(
+            f"{path} holds an incomplete learner ({type(exc).__name__}: {exc})",
+            do="train again; the file is damaged or of another version",
+        ) from exc
     return learner

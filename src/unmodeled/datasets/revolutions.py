@@ -1,0 +1,90 @@
+"""Cut a measured trajectory into training revolutions and later ones."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from unmodeled.core.errors import ConfigError, DataError
+from unmodeled.datasets.elements import osculating_period
+from unmodeled.datasets.trajectory import Trajectory
+
+__all__ = ["split_revolutions", "thin"]
+
+#: Share of a trajectory that trains when no number of periods is asked for.
+_TRAIN_SHARE = 0.7
+
+
+def thin(trajectory: Trajectory, spacing: float) -> Trajectory:
+    """Keep samples that are at least ``spacing`` seconds apart (all, if sampling is coarser).
+
+    A sample counts as due when it lies within 1 % of the spacing, so that rounded time tags do
+    not shift the pattern.
+    """
+    keep = [0]
+    last = trajectory.times[0]
+    for k in range(1, len(trajectory)):
+        if trajectory.times[k] - last >= 0.99 * spacing:
+            keep.append(k)
+            last = trajectory.times[k]
+    return trajectory[np.array(keep)]
+
+
+def split_revolutions(
+    trajectory: Trajectory,
+    gm: float,
+    *,
+    train_periods: float | None = None,
+    extrapolation_periods: float | None = None,
+    samples_per_period: int | None = None,
+) -> tuple[Trajectory, Trajectory, float]:
+    """Return the first revolutions, the ones after them, and the Kepler period.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        Inertial.
+    gm : float
+        Gravitational parameter of the body, m3/s2; with the states it gives the period.
+    train_periods : float, optional
+        Periods of the first part; 70 % of the trajectory if not given.
+    extrapolation_periods : float, optional
+        Periods of the second part; all the rest if not given.
+    samples_per_period : int, optional
+        Thins the samples; all are kept if not given.
+
+    Raises
+    ------
+    DataError
+        If the trajectory is shorter than what is asked for, or leaves fewer than 4 samples.
+    OrbitError
+        If the orbit is not bound.
+    """
+    period = osculating_period(trajectory.states, gm)
+    start, end = trajectory.times[0], trajectory.times[-1]
+    available = (end - start) / period
+    for name, value in (("train", train_periods), ("extrapolation", extrapolation_periods)):
+        if value is not None and not value > 0:
+            raise ConfigError(f"{name}_periods is {value}", allowed="a number > 0")
+    train = _TRAIN_SHARE * available if train_periods is None else train_periods
+    rest = available - train if extrapolation_periods is None else extrapolation_periods
+    # One sample less than a whole number of periods still is that many periods.
+    slack = float(np.median(np.diff(trajectory.times))) / period
+    if train + rest > available + slack or rest <= 0:
+        raise DataError(
+            f"{trajectory.source} covers {available:.2f} periods of {period:.6g} s; "
+            f"{train:.2f} for training and {max(rest, 0):.2f} for extrapolation are asked for",
+            do="lower data.train_periods and data.extrapolation_periods, or give more data",
+        )
+    if samples_per_period is not None:
+        trajectory = thin(trajectory, period / samples_per_period)
+    cut = start + train * period
+    first = trajectory.times < cut
+    second = ~first & (trajectory.times <= cut + (rest + slack) * period)
+    for name, mask in (("training", first), ("extrapolation", second)):
+        if mask.sum() < 4:
+            raise DataError(
+                f"{trajectory.source}: {int(mask.sum())} samples are left for {name}",
+                allowed="at least 4",
+                do="use more periods or a higher data.samples_per_period",
+            )
+    return trajectory[first], trajectory[second], period

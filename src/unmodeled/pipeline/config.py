@@ -1,0 +1,237 @@
+"""The configuration of one characterisation: what a YAML file may say."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Any, Literal, get_type_hints
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model, model_validator
+
+from unmodeled.core.errors import ConfigError
+from unmodeled.core.units import NormalisedUnits
+from unmodeled.datasets.noise import Noise
+from unmodeled.models.learned import Learner, Residual, learner_class
+from unmodeled.pipeline.config_errors import translate
+from unmodeled.pipeline.yaml12 import read_yaml
+
+__all__ = [
+    "VOLUMES",
+    "CharacterizationConfig",
+    "DataConfig",
+    "FlightConfig",
+    "LearnerConfig",
+    "NoiseConfig",
+    "load_config",
+]
+
+#: Periods of the training orbit and of each extrapolation orbit, [Neamati2022] section IV.B.
+VOLUMES = {"low": (10.0, 3.0), "moderate": (100.0, 10.0)}
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+
+
+class Section(BaseModel):
+    """A part of the configuration: immutable, unknown keys refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class OrbitConfig(Section):
+    """Initial osculating elements: semi-major axis in Brillouin radii, angles in degrees."""
+
+    semi_major_axis: Positive
+    eccentricity: Annotated[float, Field(ge=0, lt=1)]
+    inclination: Finite
+    node: Finite = 0.0
+    periapsis: Finite = 0.0
+    true_anomaly: Finite = 0.0
+
+
+class DataConfig(Section):
+    """Where the trajectories come from and how they are cut.
+
+    ``trajectory: simulated`` propagates orbits about the body; a file name (CSV, Parquet, SP3)
+    takes its place with that one line. For a file, ``train_periods`` and
+    ``extrapolation_periods`` default to 70 % and 30 % of it.
+    """
+
+    trajectory: str = "simulated"
+    extrapolation_trajectory: str | None = None
+    satellite: str | None = None
+    volume: Literal["low", "moderate"] | None = None
+    train_periods: Positive | None = None
+    extrapolation_periods: Positive | None = None
+    samples_per_period: Annotated[int, Field(ge=4)] | None = None
+    interpolation_share: Annotated[float, Field(gt=0, le=0.5)] = 0.05
+    extrapolation_orbits: Annotated[int, Field(ge=1)] = 1
+    orbit: OrbitConfig | None = None
+    ranges: dict[str, tuple[float, float]] = Field(default_factory=dict)
+    integrator: Literal["heyoka", "rk4"] = "heyoka"
+    rk4_steps_per_period: Annotated[int, Field(ge=1)] = 200
+
+    @property
+    def simulated(self) -> bool:
+        """True if orbits are propagated, False if they are read."""
+        return self.trajectory == "simulated"
+
+    def periods(self) -> tuple[float | None, float | None]:
+        """Periods for training and for extrapolation; None: as long as the file is."""
+        preset: tuple[float | None, float | None] = (None, None)
+        if self.volume is not None or self.simulated:
+            preset = VOLUMES[self.volume or "low"]
+        return self.train_periods or preset[0], self.extrapolation_periods or preset[1]
+
+
+class NoiseConfig(Section):
+    """Standard deviations of the noise of [Neamati2022] Eq. 4, on each axis.
+
+    ``unit: normalised`` counts in Brillouin radii and Kepler periods there, ``unit: si`` in m
+    and m/s2.
+    """
+
+    state: NonNegative = 0.0
+    acceleration: NonNegative = 0.0
+    unit: Literal["normalised", "si"] = "normalised"
+    draws: Literal["independent", "consistent"] = "independent"
+
+    def resolve(self, units: NormalisedUnits) -> Noise:
+        """Return the noise in normalised units."""
+        si = self.unit == "si"
+        return Noise(
+            self.state / (units.length if si else 1.0),
+            self.acceleration / (units.acceleration if si else 1.0),
+            self.draws,
+        )
+
+
+class FlightConfig(Section):
+    """Test point B: orbits propagated with the learned model, compared with the truth."""
+
+    periods: tuple[Positive, ...] = (1.0, 3.0)
+    steps_per_period: Annotated[int, Field(ge=50)] = 400
+
+
+class LearnerConfig(Section):
+    """One learner: its kind, its baseline, and the hyperparameters of that kind.
+
+    ``baseline: point_mass`` learns what a known point mass leaves; ``none`` learns the raw
+    acceleration, as [Neamati2022] does. Learners that contain the mass themselves take none.
+    """
+
+    kind: str
+    baseline: Literal["point_mass", "none"]
+    label: str
+    params: dict[str, Any]
+
+    @model_validator(mode="before")
+    @classmethod
+    def _gather(cls, given: Any) -> Any:
+        if not isinstance(given, dict):
+            raise ConfigError(
+                f"a learner is given as {given!r}", allowed="a mapping, e.g. {kind: exact_gp}"
+            )
+        if "kind" not in given:
+            raise ConfigError("a learner without kind", do="add e.g. kind: exact_gp")
+        if "params" in given:  # already resolved, as `model_dump` writes it
+            given = {k: v for k, v in given.items() if k != "params"} | dict(given["params"])
+        cls_ = learner_class(str(given["kind"]))
+        alone = cls_.stands_alone
+        baseline = given.get("baseline", "none" if alone else "point_mass")
+        if alone and baseline != "none":
+            raise ConfigError(
+                f'learner "{given["kind"]}" with baseline "{baseline}"',
+                allowed="none; it contains the mass itself",
+            )
+        rest = {k: v for k, v in given.items() if k not in ("kind", "baseline", "label")}
+        try:
+            params = _params_model(str(given["kind"])).model_validate(rest).model_dump()
+        except ValidationError as exc:
+            raise translate(exc, _params_model(given["kind"]), f"learner {given['kind']}") from exc
+        label = given.get("label") or str(given["kind"]).replace("_", " ") + (
+            " on point mass" if baseline == "point_mass" else ""
+        )
+        return {"kind": given["kind"], "baseline": baseline, "label": label, "params": params}
+
+    def build(self) -> Learner:
+        """Return the unfitted learner."""
+        learner = learner_class(self.kind)(**self.params)
+        return Residual(learner) if self.baseline == "point_mass" else learner
+
+
+class CharacterizationConfig(Section):
+    """Everything that decides the numbers of one characterisation.
+
+    Raises
+    ------
+    ConfigError
+        When built by `load_config` or `resolve`: unknown keys (with the nearest name), values out
+        of range.
+    """
+
+    name: Annotated[str, Field(min_length=1, pattern=r"^[A-Za-z0-9._-]+$")] = "characterization"
+    seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
+    body: str = "bennu"
+    data: DataConfig = DataConfig()
+    noise: NoiseConfig = NoiseConfig()
+    learners: Annotated[tuple[LearnerConfig, ...], Field(min_length=1)]
+    flight: FlightConfig = FlightConfig()
+
+    @model_validator(mode="after")
+    def _labels_differ(self) -> CharacterizationConfig:
+        labels = [learner.label for learner in self.learners]
+        for label in labels:
+            if labels.count(label) > 1:
+                raise ConfigError(
+                    f'two learners are called "{label}"', do="give each its own label"
+                )
+        return self
+
+    @classmethod
+    def resolve(
+        cls, content: dict[str, Any], source: str = "configuration"
+    ) -> CharacterizationConfig:
+        """Validate plain data; every default is filled in."""
+        try:
+            return cls.model_validate(content)
+        except ValidationError as exc:
+            raise translate(exc, cls, source) from exc
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain data for YAML and JSON; `resolve` gives the same configuration back."""
+        content: dict[str, Any] = json.loads(self.model_dump_json())
+        return content
+
+    @property
+    def hash(self) -> str:
+        """SHA-256 of the resolved configuration: the same meaning gives the same hash."""
+        text = json.dumps(self.as_dict(), sort_keys=True, separators=(",", ":"))
+        return hashlib.sha256(text.encode()).hexdigest()
+
+
+def load_config(path: Path | str, **changes: Any) -> CharacterizationConfig:
+    """Read a configuration file.
+
+    Parameters
+    ----------
+    path : path
+        YAML file.
+    **changes
+        Top-level keys that replace those of the file.
+    """
+    return CharacterizationConfig.resolve(read_yaml(path) | changes, str(path))
+
+
+@cache
+def _params_model(kind: str) -> type[BaseModel]:
+    """Hyperparameters of a learner as a strict model, made from its ``__init__``."""
+    cls = learner_class(kind)
+    hints = get_type_hints(cls.__init__)
+    fields: dict[str, Any] = {
+        name: (hints[name], default) for name, default in cls.default_params().items()
+    }
+    return create_model(f"{cls.__name__}Params", __config__=ConfigDict(extra="forbid"), **fields)

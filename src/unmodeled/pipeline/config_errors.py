@@ -1,0 +1,56 @@
+"""Turn pydantic's findings into one sentence each, with the nearest known name."""
+
+from __future__ import annotations
+
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+
+from unmodeled.core.errors import ConfigError, nearest
+
+__all__ = ["translate"]
+
+
+def translate(error: ValidationError, model: type[BaseModel], source: str) -> ConfigError:
+    """Return a `ConfigError` that names every problem.
+
+    Parameters
+    ----------
+    error : ValidationError
+        What pydantic found.
+    model : type
+        The model that was validated; its fields give the nearest names.
+    source : str
+        File name or section, put first.
+    """
+    lines = [_sentence(problem, model) for problem in error.errors()]
+    return ConfigError(f"{source}: " + "; ".join(lines))
+
+
+def _sentence(problem: Any, model: type[BaseModel]) -> str:
+    loc = tuple(problem["loc"])
+    path = ".".join(str(part) for part in loc)
+    if problem["type"] == "extra_forbidden":
+        return f'unknown key "{path}", {nearest(str(loc[-1]), _fields(model, loc[:-1]))}'
+    if problem["type"] == "missing":
+        return f'missing key "{path}"'
+    message = problem["msg"][0].lower() + problem["msg"][1:]
+    shown = repr(problem["input"])
+    if len(shown) > 60:
+        shown = shown[:57] + "..."
+    return f"{path} is {shown}: {message}"
+
+
+def _fields(model: type[BaseModel], loc: tuple[Any, ...]) -> list[str]:
+    """Field names of the section that ``loc`` points to."""
+    for part in loc:
+        if isinstance(part, str) and part in model.model_fields:
+            annotation = model.model_fields[part].annotation
+            inner = [
+                a
+                for a in (annotation, *get_args(annotation))
+                if isinstance(a, type) and issubclass(a, BaseModel)
+            ]
+            if inner:
+                model = inner[0]
+    return list(model.model_fields)

@@ -1,0 +1,49 @@
+"""YAML 1.2 files: ``1e-2`` is a number, ``no`` is a word, a key given twice is an error."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from ruamel.yaml import YAML
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+
+from unmodeled.core.errors import ConfigError
+
+__all__ = ["read_yaml", "write_yaml"]
+
+
+def read_yaml(path: Path | str) -> dict[str, Any]:
+    """Read a YAML file whose top level is a mapping.
+
+    Raises
+    ------
+    ConfigError
+        If the file is missing, empty, not text, or not YAML (with the line).
+    """
+    path = Path(path)
+    try:
+        content = YAML(typ="safe", pure=True).load(path.read_text(encoding="utf-8"))
+    except FileNotFoundError as exc:
+        raise ConfigError(f"no file {path}", do="give the path of a configuration file") from exc
+    except (OSError, UnicodeDecodeError) as exc:
+        raise ConfigError(f"{path} cannot be read ({exc})") from exc
+    except MarkedYAMLError as exc:
+        line = exc.problem_mark.line + 1 if exc.problem_mark else 0
+        problem = (exc.problem or "not YAML").splitlines()[0]
+        raise ConfigError(f"{path}, line {line}: {problem}", do="mend the YAML") from exc
+    except YAMLError as exc:
+        raise ConfigError(f"{path} is not YAML ({str(exc).splitlines()[0]})") from exc
+    if not isinstance(content, dict):
+        kind = "empty" if content is None else f"a {type(content).__name__}"
+        raise ConfigError(f"{path} is {kind}", allowed="a mapping of keys to values")
+    return content
+
+
+def write_yaml(content: dict[str, Any], path: Path | str) -> None:
+    """Write plain data as YAML, keys in the order given."""
+    yaml = YAML(typ="safe", pure=True)
+    yaml.default_flow_style = False
+    yaml.sort_base_mapping_type_on_output = False
+    with Path(path).open("w", encoding="utf-8") as file:
+        yaml.dump(content, file)
