@@ -8,7 +8,7 @@ from unmodeled.core.errors import ConfigError, DataError
 from unmodeled.datasets.elements import osculating_period
 from unmodeled.datasets.trajectory import Trajectory
 
-__all__ = ["split_revolutions", "thin"]
+__all__ = ["first_revolutions", "split_revolutions", "thin"]
 
 #: Share of a trajectory that trains when no number of periods is asked for.
 _TRAIN_SHARE = 0.7
@@ -27,6 +27,44 @@ def thin(trajectory: Trajectory, spacing: float) -> Trajectory:
             keep.append(k)
             last = trajectory.times[k]
     return trajectory[np.array(keep)]
+
+
+def first_revolutions(
+    trajectory: Trajectory,
+    gm: float,
+    periods: float | None = None,
+    samples_per_period: int | None = None,
+) -> tuple[Trajectory, float]:
+    """Return the first revolutions of a trajectory (all, if ``periods`` is None) and its period.
+
+    Raises
+    ------
+    DataError
+        If the trajectory is shorter than asked for, or keeps fewer than 4 samples.
+    OrbitError
+        If the orbit is not bound.
+    """
+    period = osculating_period(trajectory.states, gm)
+    elapsed = trajectory.times - trajectory.times[0]
+    slack = float(np.median(np.diff(trajectory.times)))
+    if periods is not None and periods * period > elapsed[-1] + slack:
+        raise DataError(
+            f"{trajectory.source} covers {elapsed[-1] / period:.2f} periods of {period:.6g} s; "
+            f"{periods:.2f} are asked for",
+            do="lower the number of periods, or give more data",
+        )
+    if samples_per_period is not None:
+        trajectory = thin(trajectory, period / samples_per_period)
+    if periods is None:
+        return trajectory, period
+    keep = trajectory.times - trajectory.times[0] < periods * period
+    if keep.sum() < 4:
+        raise DataError(
+            f"{trajectory.source}: {int(keep.sum())} samples are left",
+            allowed="at least 4",
+            do="use more periods or a higher data.samples_per_period",
+        )
+    return trajectory[keep], period
 
 
 def split_revolutions(

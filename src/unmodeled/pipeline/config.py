@@ -110,10 +110,10 @@ class NoiseConfig(Section):
 
 
 class FlightConfig(Section):
-    """Test point B: orbits propagated with the learned model, compared with the truth."""
+    """Test point B: the training orbit and up to ``orbits`` others, flown with each model."""
 
     periods: tuple[Positive, ...] = (1.0, 3.0)
-    steps_per_period: Annotated[int, Field(ge=50)] = 400
+    orbits: Annotated[int, Field(ge=1)] = 3
 
 
 class LearnerConfig(Section):

@@ -42,8 +42,7 @@ def read_yaml(path: Path | str) -> dict[str, Any]:
 
 def write_yaml(content: dict[str, Any], path: Path | str) -> None:
     """Write plain data as YAML, keys in the order given."""
-    yaml = YAML(typ="safe", pure=True)
+    yaml = YAML()  # the round-trip writer keeps the order of keys
     yaml.default_flow_style = False
-    yaml.sort_base_mapping_type_on_output = False
     with Path(path).open("w", encoding="utf-8") as file:
         yaml.dump(content, file)

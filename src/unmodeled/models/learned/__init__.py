@@ -1,1 +1,41 @@
 """Learners: one contract, one file each."""
+
+from unmodeled.models.learned.exact_gp import ExactGP
+from unmodeled.models.learned.harmonic_least_squares import (
+    FittedPointMass,
+    HarmonicLeastSquares,
+    ZonalOracle,
+)
+from unmodeled.models.learned.learner import (
+    Learner,
+    NoiseLevel,
+    Progress,
+    learner_class,
+    learner_names,
+    load_learner,
+    read_context,
+)
+from unmodeled.models.learned.nearest_neighbour import NearestNeighbour
+from unmodeled.models.learned.point_mass import PointMassOnly
+from unmodeled.models.learned.rbf_network import RBFNetwork
+from unmodeled.models.learned.residual import Residual
+from unmodeled.models.learned.spectral_mlp import SpectralMLP
+
+__all__ = [
+    "ExactGP",
+    "FittedPointMass",
+    "HarmonicLeastSquares",
+    "Learner",
+    "NearestNeighbour",
+    "NoiseLevel",
+    "PointMassOnly",
+    "Progress",
+    "RBFNetwork",
+    "Residual",
+    "SpectralMLP",
+    "ZonalOracle",
+    "learner_class",
+    "learner_names",
+    "load_learner",
+    "read_context",
+]

@@ -22,7 +22,15 @@ from safetensors.numpy import save_file
 from unmodeled.core.arrays import Array, as_array
 from unmodeled.core.errors import ConfigError, DataError, InputError, nearest
 
-__all__ = ["Learner", "NoiseLevel", "Progress", "learner_class", "learner_names", "load_learner"]
+__all__ = [
+    "Learner",
+    "NoiseLevel",
+    "Progress",
+    "learner_class",
+    "learner_names",
+    "load_learner",
+    "read_context",
+]
 
 #: Called with the share of the fit that is done, 0 to 1.
 Progress: TypeAlias = Callable[[float], None]
@@ -67,6 +75,8 @@ class Learner(ABC):
     name: ClassVar[str] = ""
     #: True if ``predict_covariance`` is available; a wrapper sets it for each object.
     has_covariance: bool = False
+    #: True for a learner that contains the mass itself and is never put on a point mass.
+    stands_alone: ClassVar[bool] = False
     #: Fewest samples that ``fit`` accepts.
     min_samples: ClassVar[int] = 4
 
@@ -156,14 +166,23 @@ class Learner(ABC):
         """Return d acceleration_i / d position_j, shape (n, 3, 3), at positions ``X`` (n, 3)."""
         return self._jacobian(self._checked(X))
 
-    def save(self, path: Path | str) -> None:
-        """Write hyperparameters and fitted arrays to one ``.safetensors`` file (no code in it)."""
+    def save(self, path: Path | str, context: dict[str, Any] | None = None) -> None:
+        """Write hyperparameters and fitted arrays to one ``.safetensors`` file (no code in it).
+
+        Parameters
+        ----------
+        path : path
+            File to write.
+        context : dict, optional
+            Plain data kept beside the learner, e.g. its units; see `read_context`.
+        """
         self._require_fitted()
         header = {
             "format": _FORMAT,
             "name": self.name,
             "params": self._params_for_json(),
             "n_samples": self.n_samples_,
+            "context": context or {},
         }
         arrays = {k: np.ascontiguousarray(v) for k, v in self._arrays().items()}
         save_file(arrays, str(path), metadata={"unmodeled": json.dumps(header, sort_keys=True)})
@@ -258,6 +277,32 @@ def load_learner(path: Path | str) -> Learner:
     DataError
         If the file is missing, truncated or not a saved learner.
     """
+    header, arrays = _read(path)
+    try:
+        learner = learner_class(header["name"])._from_params(header["params"])
+        learner._restore(arrays)
+        learner.n_samples_ = int(header["n_samples"])
+    except (KeyError, TypeError, ValueError, IndexError) as exc:
+        raise DataError(
+            f"{path} holds an incomplete learner ({type(exc).__name__}: {exc})",
+            do="train again; the file is damaged or of another version",
+        ) from exc
+    return learner
+
+
+def read_context(path: Path | str) -> dict[str, Any]:
+    """Return the plain data that was saved beside a learner.
+
+    Raises
+    ------
+    DataError
+        As `load_learner`.
+    """
+    context = _read(path)[0].get("context")
+    return dict(context) if isinstance(context, dict) else {}
+
+
+def _read(path: Path | str) -> tuple[dict[str, Any], dict[str, Array]]:
     try:
         with safe_open(str(path), framework="numpy") as file:
             header = json.loads((file.metadata() or {}).get("unmodeled", "{}"))
@@ -271,13 +316,4 @@ def load_learner(path: Path | str) -> Learner:
         ) from exc
     if not isinstance(header, dict) or header.get("format") != _FORMAT:
         raise DataError(f"{path} is not a saved learner", allowed=f"format {_FORMAT}")
-    try:
-        learner = learner_class(header["name"])._from_params(header["params"])
-        learner._restore(arrays)
-        learner.n_samples_ = int(header["n_samples"])
-    except (KeyError, TypeError, ValueError, IndexError) as exc:
-        raise DataError(
-            f"{path} holds an incomplete learner ({type(exc).__name__}: {exc})",
-            do="train again; the file is damaged or of another version",
-        ) from exc
-    return learner
+    return header, arrays

@@ -1,0 +1,166 @@
+"""The main job: train on one orbit, test on it (safety) and on others (robustness)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from unmodeled.core.arrays import Array
+from unmodeled.core.errors import NumericalError
+from unmodeled.core.provenance import collect_provenance
+from unmodeled.datasets.bodies import load_body
+from unmodeled.datasets.learning_data import LearningData
+from unmodeled.datasets.simulation import gravity_of
+from unmodeled.models.learned import Learner, NoiseLevel
+from unmodeled.pipeline.config import CharacterizationConfig, LearnerConfig
+from unmodeled.pipeline.cost import Meter, time_evaluation
+from unmodeled.pipeline.flight import Flight, fly
+from unmodeled.pipeline.metrics import calibrate, fractional_error, summarize
+from unmodeled.pipeline.prepare import prepare
+from unmodeled.pipeline.results import CharacterizationResult, LearnerResult, OrbitFlight
+
+__all__ = ["Report", "characterize"]
+
+#: Called with what is being done and the share of the whole job that is done, 0 to 1.
+Report = Callable[[str, float], None]
+
+_DATA_SHARE, _FIT_SHARE = 0.05, 0.7
+
+
+def characterize(
+    config: CharacterizationConfig,
+    folders: Sequence[Path] = (),
+    report: Report | None = None,
+) -> CharacterizationResult:
+    """Run one characterisation.
+
+    Parameters
+    ----------
+    config : CharacterizationConfig
+        From `load_config` or `CharacterizationConfig.resolve`.
+    folders : sequence of Path
+        Where trajectory files are looked for.
+    report : callable, optional
+        Told the progress.
+
+    Returns
+    -------
+    CharacterizationResult
+        A learner whose fit breaks down is a row with its reason, never left out.
+
+    Raises
+    ------
+    InputError
+        On bad input.
+    """
+    tell = report or (lambda text, share: None)
+    tell("making the data", 0.0)
+    data = prepare(config, folders)
+    count = len(config.learners)
+    results = []
+    for k, learner_config in enumerate(config.learners):
+        start = _DATA_SHARE + (1 - _DATA_SHARE) * k / count
+        width = (1 - _DATA_SHARE) / count
+
+        def progress(text: str, share: float, start: float = start, width: float = width) -> None:
+            tell(text, start + width * share)
+
+        results.append(_evaluate(learner_config, data, config, progress))
+    tell("done", 1.0)
+    return CharacterizationResult(
+        config=config,
+        data=data,
+        learners=tuple(results),
+        flight_floor=_flight_floor(config, data),
+        provenance=collect_provenance(config.hash, config.seed),
+    )
+
+
+def _evaluate(
+    spec: LearnerConfig, data: LearningData, config: CharacterizationConfig, tell: Report
+) -> LearnerResult:
+    learner = spec.build()
+    noise = NoiseLevel(data.noise.state, data.noise.acceleration)
+
+    def fitting(share: float) -> None:
+        tell(f"training {spec.label}", _FIT_SHARE * share)
+
+    fitting(0.0)
+    with Meter() as meter:
+        try:
+            learner.fit(
+                data.train.observed_positions,
+                data.train.observed_accelerations,
+                noise,
+                progress=fitting,
+            )
+        except NumericalError as error:
+            return LearnerResult(spec.label, spec.kind, spec.baseline, failure=str(error))
+    tell(f"testing {spec.label}", _FIT_SHARE)
+    predictions = {s.name: learner.predict(s.positions) for s in data.sets}
+    errors = {s.name: fractional_error(s.accelerations, predictions[s.name]) for s in data.sets}
+    calibrations = {}
+    if learner.has_covariance:
+        calibrations = {
+            s.name: calibrate(
+                s.accelerations, predictions[s.name], learner.predict_covariance(s.positions)
+            )
+            for s in data.sets
+        }
+    single, batch = time_evaluation(learner.predict, data.train.positions)
+    tell(f"flying {spec.label}", _FIT_SHARE + 0.5 * (1 - _FIT_SHARE))
+    return LearnerResult(
+        spec.label,
+        spec.kind,
+        spec.baseline,
+        learner,
+        predictions,
+        errors,
+        {name: summarize(e) for name, e in errors.items()},
+        calibrations,
+        _fly_orbits(learner, data, config),
+        meter.seconds,
+        meter.peak_bytes,
+        single,
+        batch,
+        sum(a.nbytes for a in learner._arrays().values()),
+        learner.facts(),
+    )
+
+
+def _fly_orbits(
+    learner: Learner, data: LearningData, config: CharacterizationConfig
+) -> tuple[OrbitFlight, ...]:
+    return tuple(
+        OrbitFlight(k, period, _flight(learner.predict, data, config, k))
+        for k, period in enumerate(data.periods[: config.flight.orbits + 1])
+    )
+
+
+def _flight(
+    acceleration: Callable[[Array], Array],
+    data: LearningData,
+    config: CharacterizationConfig,
+    orbit: int,
+) -> Flight:
+    longest = max(config.flight.periods) * data.periods[orbit]
+    return fly(acceleration, data.orbits[orbit], data.units, longest)
+
+
+def _flight_floor(config: CharacterizationConfig, data: LearningData) -> float:
+    """Error of flying the true field: what the solver itself contributes, m."""
+    if not config.data.simulated:
+        return float("nan")
+    dynamics = gravity_of(load_body(config.body))
+    units = data.units
+
+    def field(x: Array) -> Array:
+        return dynamics.acceleration(x * units.length) / units.acceleration
+
+    flights = [
+        _flight(field, data, config, k)
+        for k in range(min(len(data.orbits), config.flight.orbits + 1))
+    ]
+    return float(np.max([f.position_error.max() for f in flights]))
