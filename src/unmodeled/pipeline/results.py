@@ -189,6 +189,23 @@ class CharacterizationResult:
             frames.append(pd.DataFrame(columns))
         return pd.concat(frames, ignore_index=True)
 
+    def as_json(self) -> dict[str, Any]:
+        """Return the numbers as plain data for JSON (infinite values as null)."""
+
+        def rows(table: pd.DataFrame) -> list[dict[str, Any]]:
+            records: list[dict[str, Any]] = json.loads(table.to_json(orient="records"))
+            return records
+
+        return {
+            "name": self.config.name,
+            "summary": rows(self.summary()),
+            "flights": rows(self.flights()),
+            "calibration": rows(self.calibration()),
+            "costs": rows(self.costs()),
+            "failures": {r.label: r.failure for r in self.learners if r.failure},
+            "provenance": self.provenance.as_dict(),
+        }
+
     def field(self, label: str) -> LearnedField:
         """Return a learned acceleration field in SI, ready to fly.
 

@@ -10,7 +10,7 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from unmodeled.core.errors import ConfigError
 
-__all__ = ["read_yaml", "write_yaml"]
+__all__ = ["parse_scalar", "read_yaml", "write_yaml"]
 
 
 def read_yaml(path: Path | str) -> dict[str, Any]:
@@ -46,3 +46,22 @@ def write_yaml(content: dict[str, Any], path: Path | str) -> None:
     yaml.default_flow_style = False
     with Path(path).open("w", encoding="utf-8") as file:
         yaml.dump(content, file)
+
+
+def parse_scalar(text: str) -> Any:
+    """Return one value as YAML 1.2 reads it: ``"1e-2"`` is 0.01, ``"a.csv"`` a word.
+
+    Raises
+    ------
+    ConfigError
+        If it is not YAML.
+
+    Examples
+    --------
+    >>> parse_scalar("1e-2"), parse_scalar("[1, 3]"), parse_scalar("no")
+    (0.01, [1, 3], 'no')
+    """
+    try:
+        return YAML(typ="safe", pure=True).load(text)
+    except YAMLError as exc:
+        raise ConfigError(f'"{text}" is not a YAML value') from exc
