@@ -1,0 +1,218 @@
+"""Exact Gaussian process: constant mean, RBF kernel, exact marginal likelihood, Adam."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import ClassVar
+
+import numpy as np
+from scipy.linalg import LinAlgError, cholesky, solve_triangular
+
+from unmodeled.core.arrays import Array
+from unmodeled.core.errors import ConfigError, NumericalError
+from unmodeled.models.learned._exact_gp_training import JITTERS, best_start, train
+from unmodeled.models.learned.learner import Learner, NoiseLevel, Progress
+from unmodeled.models.learned.scaling import Standardiser
+
+__all__ = ["ExactGP"]
+
+#: Positions predicted at once; bounds the memory at about 256 * n * 32 bytes.
+_CHUNK = 256
+
+
+class ExactGP(Learner):
+    """Three independent exact Gaussian processes, one for each acceleration component.
+
+    The Gaussian process of [Neamati2022] Table 1: constant mean, RBF kernel, exact marginal
+    likelihood, Adam at a constant rate.  What the paper leaves open is set here so that
+    noise-free data do not break it: float64, exact Cholesky at any size (gpytorch changes to
+    stochastic conjugate gradients above 800 samples without a word), a noise floor of 1e-8
+    instead of gpytorch's 1e-4, which would be the accuracy floor, and a start chosen by marginal
+    likelihood from a grid, because Adam from a noisy start explains clean data as noise.  Of all
+    epochs the best one is kept, separately for each component.
+
+    Samples are centred and scaled (`Standardiser`); hyperparameters that `facts` reports are back
+    in the units of the samples.  Training is in gpytorch, everything after it in numpy.
+
+    Parameters
+    ----------
+    epochs : int
+        Adam steps. Cost is 3 Cholesky factorisations and their gradients each.
+    learning_rate : float
+        Of Adam, on gpytorch's raw (softplus) hyperparameters.
+    noise_floor : float
+        Least noise variance, as a share of the mean variance of the accelerations.
+
+    Attributes
+    ----------
+    jitter_ : float
+        Largest share of the kernel's mean diagonal that was added to factorise it; 0 is healthy.
+    nll_ : ndarray (3,)
+        Negative log marginal likelihood of the scaled targets, by component.
+    lengthscale_, amplitude_, noise_std_ : ndarray (3,)
+        Hyperparameters by component, in units of length, acceleration and acceleration.
+
+    Notes
+    -----
+    Known acceleration noise is the start of the noise, not its value.  Position noise is not
+    used: with it, the fitted noise takes up what it can.  [Rasmussen2006] Algorithm 2.1.
+    """
+
+    name: ClassVar[str] = "exact_gp"
+    has_covariance = True
+
+    jitter_: float
+    nll_: Array
+    lengthscale_: Array
+    amplitude_: Array
+    noise_std_: Array
+
+    def __init__(
+        self, epochs: int = 100, learning_rate: float = 0.1, noise_floor: float = 1e-8
+    ) -> None:
+        self.epochs = epochs
+        self.learning_rate = learning_rate
+        self.noise_floor = noise_floor
+
+    def _fit(self, X: Array, y: Array, noise: NoiseLevel, progress: Progress) -> None:
+        for key in ("epochs", "learning_rate", "noise_floor"):
+            if not getattr(self, key) > 0:
+                raise ConfigError(f"{self.name}: {key} is {getattr(self, key)}", allowed="> 0")
+        scaling = Standardiser.of(X, y)
+        x, t = scaling.positions(X), scaling.targets(y)
+        known = (noise.acceleration / scaling.y_scale) ** 2
+        start = best_start(x, t, self.noise_floor, known)
+        theta = train(x, t, start, self.noise_floor, self.epochs, self.learning_rate, progress)
+        self._set_state(scaling, x, theta)
+        self._condition(t)
+
+    def _set_state(self, scaling: Standardiser, x: Array, theta: Array) -> None:
+        """Take rows of ``theta`` (4, 3): lengthscale, signal variance, noise variance, mean."""
+        self._scaling, self._x, self._theta = scaling, x, theta
+        self.lengthscale_ = theta[0] * scaling.x_scale
+        self.amplitude_ = np.sqrt(theta[1]) * scaling.y_scale
+        self.noise_std_ = np.sqrt(theta[2]) * scaling.y_scale
+
+    def _condition(self, t: Array) -> None:
+        """Factorise, and compute weights (3, n) and likelihoods."""
+        self._factorise()
+        residuals = t.T - self._theta[3][:, None]
+        halves = [
+            solve_triangular(f, r, lower=True)
+            for f, r in zip(self._factors, residuals, strict=True)
+        ]
+        self._weights = np.stack(
+            [
+                solve_triangular(f, h, lower=True, trans="T")
+                for f, h in zip(self._factors, halves, strict=True)
+            ]
+        )
+        logdet = np.array([2 * np.log(np.diag(f)).sum() for f in self._factors])
+        quadratic = np.array([h @ h for h in halves])
+        self.nll_ = 0.5 * (quadratic + logdet + len(t) * np.log(2 * np.pi))
+
+    def _factorise(self) -> None:
+        """Compute the lower Cholesky factors (3, n, n), with jitter where it must be."""
+        square = _squared_distances(self._x, self._x)
+        factors, jitters = [], []
+        for length, signal, noise in self._theta[:3].T:
+            kernel = signal * np.exp(-0.5 / length**2 * square)
+            kernel[np.diag_indices_from(kernel)] += noise
+            factor, jitter = _cholesky(kernel)
+            factors.append(factor)
+            jitters.append(jitter)
+        self._factors = np.stack(factors)
+        self.jitter_ = max(jitters)
+
+    def _kernel(self, x: Array) -> Array:
+        """Covariances (m, 3, n) of scaled positions ``x`` (m, 3) with the samples."""
+        square = _squared_distances(x, self._x)[:, None, :]
+        length, signal = self._theta[0][:, None], self._theta[1][:, None]
+        kernel: Array = signal * np.exp(-0.5 / length**2 * square)
+        return kernel
+
+    def _predict(self, X: Array) -> Array:
+        # Sums along the last axis, not BLAS: weights of clean data are large and alternate, and
+        # a product that depends on the number of rows would show in the tenth digit.
+        scaled = [
+            self._theta[3] + (self._kernel(x) * self._weights).sum(axis=-1)
+            for x in _chunks(self._scaling.positions(X))
+        ]
+        return self._scaling.accelerations(np.concatenate(scaled))
+
+    def _jacobian(self, X: Array) -> Array:
+        blocks = []
+        for x in _chunks(self._scaling.positions(X)):
+            weighted = self._kernel(x) * self._weights
+            # d k(x, x_i) / dx = -(x - x_i) k / l^2
+            offset = x.T[:, :, None] - self._x.T[:, None, :]
+            slope = np.stack([(weighted * d[:, None, :]).sum(axis=-1) for d in offset], axis=-1)
+            blocks.append(-slope / self._theta[0][:, None] ** 2)
+        return self._scaling.slope * np.concatenate(blocks)
+
+    def _predict_covariance(self, X: Array) -> Array:
+        x = self._scaling.positions(X)
+        covariance = np.zeros((len(x), 3, 3))
+        kernel = self._kernel(x)
+        for i in range(3):
+            half = solve_triangular(self._factors[i], kernel[:, i].T, lower=True)
+            # Rounding can push the difference below zero right at a sample.
+            variance = np.maximum(self._theta[1, i] - (half**2).sum(axis=0), 0.0)
+            covariance[:, i, i] = variance * self._scaling.y_scale**2
+        return covariance
+
+    def facts(self) -> dict[str, float | str]:
+        """Return hyperparameters in the units of the samples, and the health of the algebra."""
+        self._require_fitted()
+        # Of the kernel matrix; the factor's is the root of it.
+        conditions = [float(np.linalg.cond(f)) ** 2 for f in self._factors]
+        facts: dict[str, float | str] = {}
+        for key, values in (
+            ("lengthscale", self.lengthscale_),
+            ("amplitude", self.amplitude_),
+            ("noise_std", self.noise_std_),
+            ("negative_log_likelihood", self.nll_),
+        ):
+            facts |= {f"{key}_{axis}": float(v) for axis, v in zip("xyz", values, strict=True)}
+        return facts | {"jitter": self.jitter_, "condition_number": max(conditions)}
+
+    def _arrays(self) -> dict[str, Array]:
+        # The factors are n^2 and follow from the rest.
+        return self._scaling.arrays() | {
+            "x": self._x,
+            "theta": self._theta,
+            "weights": self._weights,
+            "nll": self.nll_,
+        }
+
+    def _restore(self, arrays: dict[str, Array]) -> None:
+        self._set_state(Standardiser.restore(arrays), arrays["x"], arrays["theta"])
+        self._weights, self.nll_ = arrays["weights"], arrays["nll"]
+        self._factorise()
+
+
+def _squared_distances(x: Array, z: Array) -> Array:
+    """Squared distances (m, n); by differences, since |x|^2 - 2 x.z + |z|^2 cancels."""
+    square: Array = sum((x[:, None, i] - z[None, :, i]) ** 2 for i in range(3))  # type: ignore[assignment]
+    return square
+
+
+def _cholesky(kernel: Array) -> tuple[Array, float]:
+    """Return the lower factor and the share of the mean diagonal that had to be added."""
+    size = float(np.trace(kernel)) / len(kernel)
+    for jitter in JITTERS:
+        try:
+            shifted = kernel + jitter * size * np.eye(len(kernel)) if jitter else kernel
+            return cholesky(shifted, lower=True), jitter
+        except (LinAlgError, ValueError):  # ValueError: not finite
+            continue
+    raise NumericalError(
+        f"exact_gp: a kernel matrix of {len(kernel)} samples is not positive definite even with "
+        f"{JITTERS[-1]:.0e} of its diagonal added",
+        do="raise noise_floor or remove repeated positions",
+    )
+
+
+def _chunks(x: Array) -> Iterator[Array]:
+    """Yield rows in pieces; one empty piece for no rows."""
+    return (x[k : k + _CHUNK] for k in range(0, max(len(x), 1), _CHUNK))

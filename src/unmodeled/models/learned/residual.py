@@ -1,0 +1,116 @@
+"""Residual learning: a known point mass, and a learner for what it lacks."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from unmodeled.core.arrays import Array
+from unmodeled.core.errors import ConfigError, DataError
+from unmodeled.core.units import NORMALISED_GM
+from unmodeled.models.learned.learner import Learner, NoiseLevel, Progress, learner_class
+
+__all__ = ["Residual"]
+
+
+class Residual(Learner):
+    """Point mass at the origin plus a learner of the rest.
+
+    ``learner`` is trained on ``y + gm X / |X|^3`` and the point mass is added back in every
+    prediction and Jacobian.  The point mass is known, not fitted: along one orbit a fitted one
+    takes up part of the oblateness, which spoils extrapolation.
+
+    Parameters
+    ----------
+    learner : Learner
+        What learns the rest; left unfitted, ``fit`` trains a copy.
+    gm : float
+        Gravitational parameter of the point mass, in the units of the samples.
+
+    Attributes
+    ----------
+    learner_ : Learner
+        The fitted copy.
+
+    Examples
+    --------
+    >>> from unmodeled.models.learned.nearest_neighbour import NearestNeighbour
+    >>> X = np.array([[1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 1.0], [2.0, 0.0, 0.0]])
+    >>> model = Residual(NearestNeighbour(), gm=8.0).fit(X, -8.0 * X)
+    >>> model.predict([[0.0, 2.0, 0.0]])
+    array([[  0., -16.,   0.]])
+    """
+
+    name: ClassVar[str] = "residual"
+
+    learner_: Learner
+
+    def __init__(self, learner: Learner, gm: float = NORMALISED_GM) -> None:
+        self.learner = learner
+        self.gm = gm
+        self.has_covariance = learner.has_covariance
+
+    def _fit(self, X: Array, y: Array, noise: NoiseLevel, progress: Progress) -> None:
+        if not (math.isfinite(self.gm) and self.gm > 0):
+            raise ConfigError(f"{self.name}: gm is {self.gm}", allowed="a number > 0")
+        rest = y - self._point_mass(X)
+        self.learner_ = _copy(self.learner).fit(X, rest, noise, progress=progress)
+
+    def _point_mass(self, X: Array) -> Array:
+        """Return -gm x / r^3, (n, 3)."""
+        return -self.gm * X / self._radius(X)[:, None] ** 3
+
+    def _radius(self, X: Array) -> Array:
+        """Return |x|, (n,)."""
+        radius: Array = np.sqrt((X**2).sum(axis=1))
+        if (radius == 0.0).any():
+            raise DataError(
+                f"position {int(np.argmin(radius))} is the origin, where a point mass has no "
+                "acceleration",
+                allowed="positions away from the origin",
+            )
+        return radius
+
+    def _predict(self, X: Array) -> Array:
+        return self._point_mass(X) + self.learner_.predict(X)
+
+    def _jacobian(self, X: Array) -> Array:
+        radius = self._radius(X)[:, None, None]
+        unit = X[:, :, None] / radius
+        gradient = self.gm / radius**3 * (3.0 * unit * np.swapaxes(unit, 1, 2) - np.eye(3))
+        return gradient + self.learner_.jacobian(X)
+
+    def _predict_covariance(self, X: Array) -> Array:
+        return self.learner_.predict_covariance(X)
+
+    def facts(self) -> dict[str, float | str]:
+        """Return the inner learner's facts, with the point mass."""
+        self._require_fitted()
+        facts: dict[str, float | str] = {"learner": self.learner_.name, "gm": self.gm}
+        return facts | self.learner_.facts()
+
+    def _arrays(self) -> dict[str, Array]:
+        inner = {f"learner.{key}": array for key, array in self.learner_._arrays().items()}
+        return inner | {"learner_samples": np.array([float(self.learner_.n_samples_)])}
+
+    def _restore(self, arrays: dict[str, Array]) -> None:
+        self.learner_ = _copy(self.learner)
+        self.learner_._restore({key.removeprefix("learner."): a for key, a in arrays.items()})
+        self.learner_.n_samples_ = int(arrays["learner_samples"][0])
+
+    def _params_for_json(self) -> dict[str, Any]:
+        inner = {"name": self.learner.name, "params": self.learner._params_for_json()}
+        return {"learner": inner, "gm": self.gm}
+
+    @classmethod
+    def _from_params(cls, params: dict[str, Any]) -> Self:
+        inner = params["learner"]
+        learner = learner_class(inner["name"])._from_params(inner["params"])
+        return cls(learner, gm=params["gm"])
+
+
+def _copy(learner: Learner) -> Learner:
+    """Return an unfitted learner with the same hyperparameters."""
+    return learner._from_params(learner._params_for_json())

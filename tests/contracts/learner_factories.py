@@ -1,0 +1,34 @@
+"""All learners that the contract test runs on; a new learner adds one line."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from unmodeled.models.learned.exact_gp import ExactGP
+from unmodeled.models.learned.learner import Learner
+from unmodeled.models.learned.nearest_neighbour import NearestNeighbour
+from unmodeled.models.learned.rbf_network import RBFNetwork
+from unmodeled.models.learned.residual import Residual
+from unmodeled.models.learned.spectral_mlp import SpectralMLP
+
+
+@dataclass(frozen=True)
+class LearnerFactory:
+    """How to make a learner that fits within a second, and what to ask of it."""
+
+    make: Callable[[], Learner]
+    #: Largest allowed root mean square error on held-out samples, as a share of that of the mean.
+    score: float
+    #: False for a prediction that jumps: its Jacobian is checked inside a cell, not on its faces.
+    continuous: bool = True
+
+
+LEARNER_FACTORIES: dict[str, LearnerFactory] = {
+    "exact_gp": LearnerFactory(lambda: ExactGP(epochs=10), score=1e-4),
+    "spectral_mlp": LearnerFactory(lambda: SpectralMLP(layers=3, width=32, epochs=300), score=0.1),
+    "rbf_network": LearnerFactory(RBFNetwork, score=5e-3),
+    "nearest_neighbour": LearnerFactory(NearestNeighbour, score=0.2, continuous=False),
+    "residual(exact_gp)": LearnerFactory(lambda: Residual(ExactGP(epochs=10)), score=1e-6),
+    "residual(rbf_network)": LearnerFactory(lambda: Residual(RBFNetwork()), score=1e-4),
+}

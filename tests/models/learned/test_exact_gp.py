@@ -1,0 +1,186 @@
+import numpy as np
+import pytest
+import torch
+from tests.models.learned.problem import acceleration, fractional_error, orbit, samples
+
+from unmodeled.core.errors import ConfigError, NumericalError
+from unmodeled.models.learned import exact_gp
+from unmodeled.models.learned._exact_gp_training import GpytorchModel, exact_algebra, gpytorch
+from unmodeled.models.learned.exact_gp import ExactGP
+from unmodeled.models.learned.learner import NoiseLevel
+
+
+@pytest.fixture(scope="module")
+def fitted():
+    X, y, _, _ = samples(noise=0.01)
+    return ExactGP(epochs=30).fit(X, y)
+
+
+def dense_kernels(model, X, Z):
+    """Signal covariances (3, n, m) in the units of the samples, from public attributes only."""
+    square = ((X[:, None] - Z[None]) ** 2).sum(-1)
+    return np.stack(
+        [
+            a**2 * np.exp(-0.5 * square / length**2)
+            for a, length in zip(model.amplitude_, model.lengthscale_, strict=True)
+        ]
+    )
+
+
+def gpytorch_twin(model, X, y):
+    """The same process in gpytorch, in scaled units."""
+    scaling = model._scaling
+    twin = GpytorchModel(scaling.positions(X), scaling.targets(y), model.noise_floor)
+    twin.set_theta(model._theta)
+    return twin
+
+
+def test_posterior_is_that_of_gpytorch(fitted):
+    X, y, held, _ = samples(noise=0.01)
+    twin = gpytorch_twin(fitted, X, y)
+    twin.eval()
+    at = torch.from_numpy(fitted._scaling.positions(held)).expand(3, -1, -1)
+    with exact_algebra(), torch.no_grad():
+        posterior = twin(at)
+        mean, variance = posterior.mean.numpy().T, posterior.variance.numpy().T
+    y_scale = fitted._scaling.y_scale
+    np.testing.assert_allclose(
+        fitted.predict(held), fitted._scaling.accelerations(mean), rtol=0, atol=1e-8 * y_scale
+    )
+    ours = np.diagonal(fitted.predict_covariance(held), axis1=1, axis2=2)
+    np.testing.assert_allclose(ours, variance * y_scale**2, rtol=0, atol=1e-8 * y_scale**2)
+
+
+@pytest.mark.parametrize("count", [60, pytest.param(900, id="900: past gpytorch's change to CG")])
+def test_likelihood_and_prediction_are_dense_algebra(count):
+    X = orbit(1.9, 0.3, 60.0, 0.0, samples=count)
+    y = acceleration(X) + 0.05 * np.random.default_rng(0).normal(size=X.shape)
+    model = ExactGP(epochs=1).fit(X, y)
+    at = orbit(2.0, 0.2, 70.0, 10.0, samples=25)
+    mean = model._scaling.accelerations(model._theta[3])
+    signal, cross = dense_kernels(model, X, X), dense_kernels(model, at, X)
+    with exact_algebra(), torch.no_grad():
+        twin = gpytorch_twin(model, X, y)
+        objective = gpytorch.mlls.ExactMarginalLogLikelihood(twin.likelihood, twin)
+        trained_on = -objective(twin(*twin.train_inputs), twin.train_targets).numpy()
+    for i in range(3):
+        K = signal[i] + model.noise_std_[i] ** 2 * np.eye(count)
+        rest = y[:, i] - mean[i]
+        weights = np.linalg.solve(K, rest)
+        np.testing.assert_allclose(
+            model.predict(at)[:, i], mean[i] + cross[i] @ weights, rtol=0, atol=1e-8
+        )
+        variance = model.amplitude_[i] ** 2 - np.einsum(
+            "ij,ji->i", cross[i], np.linalg.solve(K, cross[i].T)
+        )
+        np.testing.assert_allclose(
+            model.predict_covariance(at)[:, i, i], variance, rtol=0, atol=1e-8
+        )
+        nll = 0.5 * (rest @ weights + np.linalg.slogdet(K)[1] + count * np.log(2 * np.pi))
+        # nll_ is that of scaled targets: a change of variables
+        scaled = nll - count * np.log(model._scaling.y_scale)
+        assert model.nll_[i] == pytest.approx(scaled, rel=1e-9)
+        # What Adam minimises is exact as well; gpytorch divides it by the number of samples.
+        assert trained_on[i] * count == pytest.approx(scaled, rel=1e-9)
+
+
+def test_clean_data_are_not_explained_as_noise():
+    X, y, held, truth = samples()
+    model = ExactGP().fit(X, y)
+    # gpytorch's default noise floor of 1e-4 ends at 2e-4 here; the floor of 1e-8 at 1e-5
+    assert fractional_error(model.predict(held), truth) < 5e-5
+    assert model.noise_std_.max() < 1e-3 * model.amplitude_.min()
+    assert model.jitter_ == 0.0
+
+
+def test_noise_is_found():
+    X, y, held, truth = samples(noise=0.2)
+    model = ExactGP().fit(X, y)
+    # standard error of a standard deviation from n samples: 1 / sqrt(2 n); six of them
+    np.testing.assert_allclose(model.noise_std_, 0.2, rtol=6 / np.sqrt(2 * len(X)))
+    spread = np.sqrt(np.diagonal(model.predict_covariance(held), axis1=1, axis2=2))
+    assert (np.abs(model.predict(held) - truth) < 6 * spread).all()
+
+
+def test_known_noise_is_the_start_and_not_the_value():
+    X, y, _, _ = samples(noise=0.2)
+    far_off = ExactGP(epochs=1).fit(X, y, NoiseLevel(acceleration=1.0))
+    np.testing.assert_allclose(far_off.noise_std_, 1.0, rtol=0.1)
+    np.testing.assert_allclose(
+        ExactGP(epochs=100).fit(X, y, NoiseLevel(acceleration=1.0)).noise_std_, 0.2, rtol=0.3
+    )
+
+
+def test_training_never_ends_less_likely_than_it_began():
+    X, y, _, _ = samples(noise=0.01)
+    start = ExactGP(epochs=1, learning_rate=1e-12).fit(X, y)
+    assert (ExactGP(epochs=60).fit(X, y).nll_ < start.nll_).all()
+    wild = ExactGP(epochs=10, learning_rate=50.0).fit(X, y)
+    assert np.isfinite(wild.predict(X)).all()
+    assert (wild.nll_ <= start.nll_ + 1e-6).all()
+
+
+def test_far_away_the_variance_is_the_prior_and_the_mean_is_constant(fitted):
+    far = np.array([[100.0, 0.0, 0.0]])
+    covariance = fitted.predict_covariance(far)[0]
+    np.testing.assert_allclose(np.diag(covariance), fitted.amplitude_**2, rtol=1e-12)
+    np.testing.assert_array_equal(covariance - np.diag(np.diag(covariance)), 0.0)
+    np.testing.assert_allclose(fitted.jacobian(far), 0.0, atol=1e-200)
+
+
+def test_repeated_positions_and_equatorial_orbits_are_harmless():
+    X = orbit(1.9, 0.3, 0.0, 0.0, samples=100, drift=0.0)  # four times the same 25 points
+    assert not X[:, 2].any()
+    model = ExactGP(epochs=20).fit(X, acceleration(X) * [1.0, 1.0, 0.0])
+    assert np.isfinite(model.predict(X)).all()
+    np.testing.assert_allclose(model.predict(X)[:, 2], 0.0, atol=1e-12)
+
+
+def test_jitter_is_reported():
+    singular = np.ones((3, 3))
+    singular[0, 1] = singular[1, 0] = 1.0 + 1e-9
+    _, jitter = exact_gp._cholesky(singular)
+    assert jitter == pytest.approx(1e-8)
+    with pytest.raises(NumericalError, match="not positive definite even with 1e-04"):
+        exact_gp._cholesky(np.array([[1.0, 2.0], [2.0, 1.0]]))
+    with pytest.raises(NumericalError, match="Raise noise_floor"):
+        exact_gp._cholesky(np.full((2, 2), np.nan))
+
+
+def test_facts_name_the_fit(fitted):
+    facts = fitted.facts()
+    assert facts["jitter"] == 0.0
+    assert facts["lengthscale_x"] == fitted.lengthscale_[0]
+    assert facts["negative_log_likelihood_z"] == fitted.nll_[2]
+    scaled = fitted._scaling.positions(samples()[0])
+    square = ((scaled[:, None] - scaled[None]) ** 2).sum(-1)
+    length, signal, noise, _ = fitted._theta
+    worst = max(
+        np.linalg.cond(s * np.exp(-0.5 * square / q**2) + n * np.eye(len(scaled)))
+        for q, s, n in zip(length, signal, noise, strict=True)
+    )
+    assert facts["condition_number"] == pytest.approx(worst, rel=1e-6)
+
+
+def test_gpytorch_settings_are_as_before():
+    before = (
+        gpytorch.settings.max_cholesky_size.value(),
+        gpytorch.settings.fast_computations.log_prob.on(),
+        gpytorch.settings.cholesky_jitter.value(torch.float64),
+        torch.get_default_dtype(),
+    )
+    X, y, _, _ = samples()
+    ExactGP(epochs=2).fit(X, y)
+    assert before == (
+        gpytorch.settings.max_cholesky_size.value(),
+        gpytorch.settings.fast_computations.log_prob.on(),
+        gpytorch.settings.cholesky_jitter.value(torch.float64),
+        torch.get_default_dtype(),
+    )
+
+
+@pytest.mark.parametrize("key", ["epochs", "learning_rate", "noise_floor"])
+def test_hyperparameters_out_of_range(key):
+    X, y, _, _ = samples()
+    with pytest.raises(ConfigError, match=f"exact_gp: {key} is 0. Allowed: > 0"):
+        ExactGP(**{key: 0}).fit(X, y)
