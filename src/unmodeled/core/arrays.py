@@ -43,6 +43,8 @@ def as_array(values: npt.ArrayLike, shape: tuple[int | str, ...], name: str) -> 
     """
     wanted = "(" + ", ".join(str(s) for s in shape) + ("," if len(shape) == 1 else "") + ")"
     try:
+        if np.iscomplexobj(values):
+            raise TypeError("complex numbers")
         array = np.ascontiguousarray(values, dtype=np.float64)
     except (TypeError, ValueError) as exc:
         raise DataError(

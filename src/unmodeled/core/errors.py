@@ -47,7 +47,7 @@ class UnmodeledError(Exception):
             sentence += f". Allowed: {allowed.rstrip('.')}"
         if do:
             sentence += f". {do[0].upper()}{do[1:].rstrip('.')}"
-        super().__init__(sentence + ".")
+        super().__init__(sentence if sentence.endswith("?") else sentence + ".")
 
 
 class InputError(UnmodeledError):
@@ -89,7 +89,8 @@ def nearest(name: str, known: Iterable[str]) -> str:
     'known: bennu, eros'
     """
     names = sorted(known)
-    close = difflib.get_close_matches(name, names, n=1, cutoff=0.6)
+    folded = {n.casefold(): n for n in names}
+    close = difflib.get_close_matches(name.casefold(), folded, n=1, cutoff=0.6)
     if close:
-        return f'did you mean "{close[0]}"?'
+        return f'did you mean "{folded[close[0]]}"?'
     return "known: " + ", ".join(names)

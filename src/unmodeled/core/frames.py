@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from unmodeled.core.arrays import Array, as_array
+from unmodeled.core.errors import DataError
 
 __all__ = [
     "body_fixed_from_inertial",
@@ -97,11 +98,22 @@ def rtn_from_inertial(states: npt.ArrayLike) -> Array:
     -------
     ndarray (n, 3, 3)
         Rows are the unit vectors R, T, N.
+
+    Raises
+    ------
+    DataError
+        If position and velocity of a state are parallel, or one is zero: no orbital plane.
     """
     s = as_array(states, ("n", 6), "states")
-    radial = s[:, :3] / np.linalg.norm(s[:, :3], axis=1, keepdims=True)
     normal = np.cross(s[:, :3], s[:, 3:])
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    size = np.linalg.norm(normal, axis=1, keepdims=True)
+    if np.any(size == 0.0):
+        raise DataError(
+            f"state {int(np.argmin(size))} has no orbital plane",
+            allowed="position and velocity that are not parallel",
+        )
+    normal /= size
+    radial = s[:, :3] / np.linalg.norm(s[:, :3], axis=1, keepdims=True)
     return np.stack([radial, np.cross(normal, radial), normal], axis=1)
 
 

@@ -150,9 +150,13 @@ def collision_free(
 
     Raises
     ------
+    ConfigError
+        If ``count`` is below 1, or a range is wrong.
     OrbitError
         If 2000 candidates in a row hit the body.
     """
+    if count < 1:
+        raise ConfigError(f"{count} initial conditions are asked for", allowed="1 or more")
     gm = dynamics.values["GM"]
     generator = streams.generator("initial_conditions")
     kept: list[pd.DataFrame] = []

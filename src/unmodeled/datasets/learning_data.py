@@ -141,7 +141,7 @@ def make_learning_data(
         _samples(k, orbit, units, noise, normal_field, streams) for k, orbit in enumerate(orbits)
     ]
     n = len(parts[0])
-    held = math.ceil(interpolation_share * n)
+    held = math.ceil(interpolation_share * n - 1e-9)  # 0.07 * 100 is 7.000000000000001
     if n - held < 1:
         raise DataError(f"the training orbit has {n} samples", do="use more periods or samples")
     order = streams.generator("split").permutation(n)
@@ -218,5 +218,5 @@ def _noise_facts(s: SampleSet, noise: Noise, units: NormalisedUnits) -> dict[str
         "sigma_s as share of median radius": noise.state / median_r,
         "sigma_a, m/s2": noise.acceleration * units.acceleration,
         "sigma_a as share of median acceleration": noise.acceleration / median_a,
-        "training samples observed inside the Brillouin sphere": int(inside.sum()),
+        "samples of the training orbit observed inside the Brillouin sphere": int(inside.sum()),
     }

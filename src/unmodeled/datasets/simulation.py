@@ -106,6 +106,12 @@ def simulate_orbits(
     orbits, differences = [], []
     for k, period in enumerate(kepler):
         n = round(periods[k] * samples_per_period)
+        if n < 4:
+            raise ConfigError(
+                f"{periods[k]:g} periods with {samples_per_period} samples each give {n} samples",
+                allowed="at least 4",
+                do="use more periods or a higher data.samples_per_period",
+            )
         spacing = period / samples_per_period
         times = spacing * np.arange(n)
         exact = dynamics.propagate(states[k], times)

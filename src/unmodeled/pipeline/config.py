@@ -70,7 +70,7 @@ class DataConfig(Section):
     interpolation_share: Annotated[float, Field(gt=0, le=0.5)] = 0.05
     extrapolation_orbits: Annotated[int, Field(ge=1)] = 1
     orbit: OrbitConfig | None = None
-    ranges: dict[str, tuple[float, float]] = Field(default_factory=dict)
+    ranges: dict[str, tuple[Finite, Finite]] = Field(default_factory=dict)
     integrator: Literal["heyoka", "rk4"] = "heyoka"
     rk4_steps_per_period: Annotated[int, Field(ge=1)] = 200
 
@@ -138,6 +138,11 @@ class LearnerConfig(Section):
         if "kind" not in given:
             raise ConfigError("a learner without kind", do="add e.g. kind: exact_gp")
         if "params" in given:  # already resolved, as `model_dump` writes it
+            if not isinstance(given["params"], dict):
+                raise ConfigError(
+                    f"params of a learner is {given['params']!r}",
+                    allowed="a mapping, e.g. {epochs: 200}",
+                )
             given = {k: v for k, v in given.items() if k != "params"} | dict(given["params"])
         cls_ = learner_class(str(given["kind"]))
         alone = cls_.stands_alone
@@ -151,7 +156,12 @@ class LearnerConfig(Section):
         try:
             params = _params_model(str(given["kind"])).model_validate(rest).model_dump()
         except ValidationError as exc:
-            raise translate(exc, _params_model(given["kind"]), f"learner {given['kind']}") from exc
+            raise translate(
+                exc,
+                _params_model(str(given["kind"])),
+                f"learner {given['kind']}",
+                also=("kind", "baseline", "label"),
+            ) from exc
         label = given.get("label") or str(given["kind"]).replace("_", " ") + (
             " on point mass" if baseline == "point_mass" else ""
         )

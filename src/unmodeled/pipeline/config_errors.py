@@ -11,7 +11,9 @@ from unmodeled.core.errors import ConfigError, nearest
 __all__ = ["translate"]
 
 
-def translate(error: ValidationError, model: type[BaseModel], source: str) -> ConfigError:
+def translate(
+    error: ValidationError, model: type[BaseModel], source: str, also: tuple[str, ...] = ()
+) -> ConfigError:
     """Return a `ConfigError` that names every problem.
 
     Parameters
@@ -22,16 +24,19 @@ def translate(error: ValidationError, model: type[BaseModel], source: str) -> Co
         The model that was validated; its fields give the nearest names.
     source : str
         File name or section, put first.
+    also : tuple of str
+        Further names that are known at the top of that section.
     """
-    lines = [_sentence(problem, model) for problem in error.errors()]
+    lines = [_sentence(problem, model, also) for problem in error.errors()]
     return ConfigError(f"{source}: " + "; ".join(lines))
 
 
-def _sentence(problem: Any, model: type[BaseModel]) -> str:
+def _sentence(problem: Any, model: type[BaseModel], also: tuple[str, ...]) -> str:
     loc = tuple(problem["loc"])
     path = ".".join(str(part) for part in loc)
     if problem["type"] == "extra_forbidden":
-        return f'unknown key "{path}", {nearest(str(loc[-1]), _fields(model, loc[:-1]))}'
+        known = _fields(model, loc[:-1]) + (list(also) if len(loc) == 1 else [])
+        return f'unknown key "{path}", {nearest(str(loc[-1]), known)}'
     if problem["type"] == "missing":
         return f'missing key "{path}"'
     message = problem["msg"][0].lower() + problem["msg"][1:]

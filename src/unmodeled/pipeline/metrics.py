@@ -40,7 +40,8 @@ def fractional_error(true: Array, predicted: Array) -> Array:
         raise DataError(
             f"true acceleration {int(np.argmin(size))} is zero", allowed="accelerations > 0"
         )
-    error: Array = np.linalg.norm(true - predicted, axis=1) / size
+    with np.errstate(over="ignore", invalid="ignore"):  # what overflows counts as infinite
+        error: Array = np.linalg.norm(true - predicted, axis=1) / size
     return np.where(np.isfinite(error), error, np.inf)
 
 
@@ -121,7 +122,7 @@ def calibrate(true: Array, predicted: Array, covariance: Array) -> Calibration:
     Raises
     ------
     DataError
-        If a predicted variance is not positive.
+        If a predicted variance is not positive, or a covariance not positive definite.
     """
     variance = np.diagonal(covariance, axis1=1, axis2=2)
     if not np.all(variance > 0):
@@ -130,7 +131,12 @@ def calibrate(true: Array, predicted: Array, covariance: Array) -> Calibration:
         )
     error = true - predicted
     sigma = np.sqrt(variance)
-    _, logdet = np.linalg.slogdet(covariance)
+    sign, logdet = np.linalg.slogdet(covariance)
+    if not np.all(sign > 0):
+        raise DataError(
+            f"predicted covariance {int(np.argmin(sign))} is not positive definite",
+            allowed="positive definite matrices",
+        )
     weighted = np.linalg.solve(covariance, error[..., None])[..., 0]
     mahalanobis = np.sum(error * weighted, axis=1)
     nll = 0.5 * (mahalanobis + logdet + 3 * math.log(2 * math.pi))

@@ -32,7 +32,7 @@ def read_yaml(path: Path | str) -> dict[str, Any]:
         line = exc.problem_mark.line + 1 if exc.problem_mark else 0
         problem = (exc.problem or "not YAML").splitlines()[0]
         raise ConfigError(f"{path}, line {line}: {problem}", do="mend the YAML") from exc
-    except YAMLError as exc:
+    except (YAMLError, ValueError) as exc:  # ValueError: a date such as 2024-13-45
         raise ConfigError(f"{path} is not YAML ({str(exc).splitlines()[0]})") from exc
     if not isinstance(content, dict):
         kind = "empty" if content is None else f"a {type(content).__name__}"
@@ -63,5 +63,5 @@ def parse_scalar(text: str) -> Any:
     """
     try:
         return YAML(typ="safe", pure=True).load(text)
-    except YAMLError as exc:
+    except (YAMLError, ValueError) as exc:
         raise ConfigError(f'"{text}" is not a YAML value') from exc

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from unmodeled.core.arrays import Array, as_array, check_increasing
-from unmodeled.core.errors import ConfigError, OrbitError, nearest
+from unmodeled.core.errors import ConfigError, DataError, OrbitError, nearest
 from unmodeled.core.parameters import Parameter
 from unmodeled.models.physics import compiled
 from unmodeled.models.physics.collision import first_entry
@@ -132,7 +132,7 @@ class Dynamics:
             self._evaluate(compiled.acceleration_function(self.system, name), points, times)
             for name in names
         ]
-        return np.stack(columns, axis=-1)
+        return np.stack(columns, axis=-1) if columns else np.empty((len(points), 3, 0))
 
     def potential(self, points: Any, times: Any = 0.0) -> Array:
         """Return the force function U (acceleration = +grad U), shape (n,)."""
@@ -212,24 +212,31 @@ class Dynamics:
         """
         states = as_array(states, ("b", 6), "states")
         durations = as_array(durations, (len(states),), "durations")
+        if np.any(durations <= 0):
+            raise ConfigError(f"duration is {durations.min()}", allowed="numbers > 0")
         if not radius > 0:
             raise ConfigError(f"collision radius is {radius}", allowed="a number > 0")
         return first_entry(self.system, self._pars, states, durations, radius)
 
     # Shared ----------------------------------------------------------------------------------
 
-    def _check_names(self, names: Iterable[str]) -> None:
+    def _check_names(self, names: Sequence[str]) -> None:
         known = [p.name for p in self._parameters]
         for name in names:
             if name not in known:
                 raise ConfigError(f'unknown parameter "{name}"', do=nearest(name, known))
+        if len(set(names)) < len(names):
+            raise ConfigError(f"parameters {', '.join(names)}", allowed="each name once")
 
     def _evaluate(self, function: Any, points: Any, times: Any) -> Array:
         points = np.asarray(points, dtype=np.float64)
-        if points.ndim == 2 and points.shape[1] == 3 and self.system.position_only:
+        if self.system.position_only and points.shape[-1:] != (6,):
+            points = as_array(points, ("n", 3), "positions")
             points = np.hstack([points, np.zeros_like(points)])
         states = as_array(points, ("n", 6), "states")
         n = len(states)
+        if np.ndim(times):
+            times = as_array(times, (n,), "times")
         inputs = np.ascontiguousarray(states.T)
         # heyoka counts parameters up to the last one that the expression uses.
         used = self._pars[: function.nparams, None]
@@ -242,6 +249,8 @@ class Dynamics:
 
     def _grid(self, times: Any) -> Array:
         grid = as_array(times, ("n",), "times")
+        if not len(grid):
+            raise DataError("no times", allowed="at least one")
         check_increasing(grid, "times")
         return grid
 

@@ -43,6 +43,7 @@ class Zonal(Effect):
     axes: ClassVar[str] = "body"
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "degrees", tuple(self.degrees))  # a list cannot be a cache key
         if not self.degrees or min(self.degrees) < 2 or len(set(self.degrees)) < len(self.degrees):
             raise ConfigError(
                 f"zonal degrees are {self.degrees}", allowed="different integers of 2 or more"
