@@ -146,7 +146,7 @@ def _flight(
     orbit: int,
 ) -> Flight:
     longest = max(config.flight.periods) * data.periods[orbit]
-    return fly(acceleration, data.orbits[orbit], data.units, longest)
+    return fly(acceleration, data.orbits[orbit], data.units, data.periods[orbit], longest)
 
 
 def _flight_floor(config: CharacterizationConfig, data: LearningData) -> float:

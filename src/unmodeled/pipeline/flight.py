@@ -19,7 +19,7 @@ __all__ = ["Flight", "fly"]
 # The steps are fixed in advance: a network with kinks or a piecewise constant field costs the
 # same as a smooth one, where step-size control would grind to a halt. What this leaves on the
 # true field is measured and reported.
-_STEPS_PER_PERIOD = 150
+_STEPS_PER_PERIOD = 100
 #: A flight ends where the predicted orbit leaves this many times its true largest radius.
 _FAR = 10.0
 #: ... or falls below this share of the Brillouin radius.
