@@ -118,6 +118,9 @@ class Body:
             raise ConfigError(f"body {self.name}: {name} is {value}", allowed="a finite number")
         return float(value)
 
+    def __hash__(self) -> int:
+        return hash((self.name, self.gm, self.reference_radius, tuple(self.zonals.items())))
+
     def __reduce__(self) -> tuple[Any, ...]:
         # Read-only views cannot be pickled; workers rebuild the body from plain tables.
         plain = {f.name: getattr(self, f.name) for f in fields(self)}

@@ -127,9 +127,9 @@ def _header(lines: list[str], name: str) -> tuple[_Header, int]:
             f'{name} is not an SP3 file: it begins "{first[:20]}"',
             allowed='a first line like "#cV2016  3 13 ...", version a to d, P or V',
         )
-    words = first[3:].split()
     head = _Header(first[1], first[2])
-    head.promised = int(words[6]) if len(words) > 6 and words[6].isdigit() else 0
+    promised = first[32:39].strip()
+    head.promised = int(promised) if promised.isdigit() else 0
     seen = False
     for number, line in enumerate(lines):  # noqa: B007 - returned: where the records begin
         if line.startswith("+ "):
@@ -152,8 +152,8 @@ def _header(lines: list[str], name: str) -> tuple[_Header, int]:
         raise DataError(f"{name} ends within its header", do="fetch the file again")
     head.notes = {
         "format": f"SP3-{head.version}",
-        "agency": words[10] if len(words) > 10 else "",
-        "earth_frame": words[8] if len(words) > 8 else "",
+        "agency": first[56:60].strip(),
+        "earth_frame": first[46:51].strip(),
         "time_system": "GPS" if head.system == "CCC" else head.system,
     }
     return head, number

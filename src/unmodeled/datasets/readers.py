@@ -1,0 +1,69 @@
+"""One door to every trajectory file: the suffix chooses the reader."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from unmodeled.core.errors import ConfigError, DataError, nearest
+from unmodeled.datasets.sp3 import read_sp3
+from unmodeled.datasets.tabular import read_csv, read_parquet
+from unmodeled.datasets.trajectory import Trajectory
+
+__all__ = ["READERS", "read_trajectory"]
+
+#: Suffix (before any ``.gz``) -> reader.  A new format is one more line here.
+READERS: dict[str, Callable[..., Trajectory]] = {
+    ".csv": read_csv,
+    ".parquet": read_parquet,
+    ".sp3": read_sp3,
+    ".eph": read_sp3,
+}
+
+
+def read_trajectory(path: str | Path, **options: Any) -> Trajectory:
+    """Read a trajectory from any known file.
+
+    Parameters
+    ----------
+    path : str or Path
+        A file ending in .csv, .parquet, .sp3 or .eph (both SP3; also with .gz).
+    **options
+        Passed to the reader, e.g. ``satellite="L52"`` for SP3 or ``accelerations=False``.
+
+    Returns
+    -------
+    Trajectory
+        In SI.
+
+    Raises
+    ------
+    DataError
+        If the suffix is unknown, or the reader refuses the file.
+    ConfigError
+        If the reader has no such option.
+    """
+    path = Path(path)
+    suffixes = [s.lower() for s in path.suffixes]
+    packed = suffixes[-1:] == [".gz"]
+    suffix = (suffixes[:-1] if packed else suffixes)[-1:] or [""]
+    reader = READERS.get(suffix[0])
+    if reader is None or (packed and reader is not read_sp3):
+        known = [*sorted(READERS), ".sp3.gz", ".eph.gz"]
+        shown = "".join(suffix) + (".gz" if packed else "")
+        raise DataError(
+            f'{path.name} has suffix "{shown}"',
+            allowed=", ".join(known),
+            do=nearest(shown, known),
+        )
+    allowed = [p for p in inspect.signature(reader).parameters if p != "path"]
+    for name in options:
+        if name not in allowed:
+            raise ConfigError(
+                f'files of type {suffix[0]} have no option "{name}"',
+                allowed=", ".join(allowed),
+                do=nearest(name, allowed),
+            )
+    return reader(path, **options)
