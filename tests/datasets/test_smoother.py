@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from unmodeled.core.errors import DataError
+from unmodeled.core.errors import DataError, UnmodeledWarning
 from unmodeled.datasets.smoother import smooth, with_accelerations
 from unmodeled.datasets.trajectory import Trajectory
 
@@ -107,3 +107,13 @@ def test_a_trajectory_keeps_its_states_and_says_what_was_done(j2_orbit):
     assert np.abs(made.accelerations - acc).max() < 1e-6
     with pytest.raises(DataError, match="cannot be smoothed in the body_fixed frame"):
         with_accelerations(Trajectory(t, r, v, frame="body_fixed"))
+
+
+def test_a_coarse_table_of_an_eccentric_orbit_warns(j2_orbit):
+    # 25 samples a revolution at e = 0.75: nothing can follow the periapsis.
+    a, e = 30e6, 0.75
+    period = 2 * np.pi * np.sqrt(a**3 / 3.986004415e14)
+    t = np.arange(251) * period / 25
+    r, v, _ = j2_orbit(a, e, t)
+    with pytest.warns(UnmodeledWarning, match=r"of 251 smoothed accelerations are uncertain"):
+        with_accelerations(Trajectory(t, r, v))

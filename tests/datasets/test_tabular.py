@@ -6,7 +6,13 @@ import pyarrow.parquet as pq
 import pytest
 
 from unmodeled.core.errors import DataError
-from unmodeled.datasets.tabular import read_csv, read_parquet, write_csv, write_parquet
+from unmodeled.datasets.tabular import (
+    read_csv,
+    read_parquet,
+    write_csv,
+    write_parquet,
+    write_trajectory,
+)
 from unmodeled.datasets.trajectory import Trajectory
 
 EPOCH = "2016-03-13T00:00:00 UTC"
@@ -54,6 +60,13 @@ def test_round_trip_to_the_last_bit(orbit, tmp_path, write, read, name):
     again = tmp_path / f"again-{name}"
     write(got, again)
     assert again.read_bytes() == (tmp_path / name).read_bytes()
+
+
+def test_the_suffix_chooses_the_writer(orbit, tmp_path):
+    assert len(read_csv(write_trajectory(orbit, tmp_path / "a.csv"))) == len(orbit)
+    assert len(read_parquet(write_trajectory(orbit, str(tmp_path / "a.parquet")))) == len(orbit)
+    with pytest.raises(DataError, match=r'suffix "\.txt"\. Allowed: \.csv, \.parquet'):
+        write_trajectory(orbit, tmp_path / "a.txt")
 
 
 def test_kilometres_hours_and_any_order_of_columns(orbit, csv):

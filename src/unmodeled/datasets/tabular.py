@@ -32,7 +32,7 @@ from unmodeled.core.errors import DataError
 from unmodeled.datasets.columns import Columns, assemble, unit_columns
 from unmodeled.datasets.trajectory import Trajectory
 
-__all__ = ["read_csv", "read_parquet", "write_csv", "write_parquet"]
+__all__ = ["read_csv", "read_parquet", "write_csv", "write_parquet", "write_trajectory"]
 
 _FACTS = ("frame", "epoch", "source", "acceleration_sigma_m_s2")
 
@@ -118,6 +118,21 @@ def read_parquet(path: str | Path, *, accelerations: bool = True) -> Trajectory:
         else:
             columns[name] = _numbers(values, name, lines, path.name, "row")
     return assemble(columns, chosen, facts, path.name, lines, accelerations, "row")
+
+
+def write_trajectory(trajectory: Trajectory, path: str | Path) -> Path:
+    """Write a trajectory as the suffix says, .csv or .parquet; return the path.
+
+    Raises
+    ------
+    DataError
+        If the suffix is another.
+    """
+    writers = {".csv": write_csv, ".parquet": write_parquet}
+    suffix = Path(path).suffix.lower()
+    if suffix not in writers:
+        raise DataError(f'{path} has suffix "{suffix}"', allowed=", ".join(writers))
+    return writers[suffix](trajectory, path)
 
 
 def write_csv(trajectory: Trajectory, path: str | Path) -> Path:
