@@ -156,10 +156,11 @@ def test_facts_name_the_fit(fitted):
     square = ((scaled[:, None] - scaled[None]) ** 2).sum(-1)
     length, signal, noise, _ = fitted._theta
     worst = max(
-        np.linalg.cond(s * np.exp(-0.5 * square / q**2) + n * np.eye(len(scaled)))
+        np.linalg.cond(s * np.exp(-0.5 * square / q**2) + n * np.eye(len(scaled)), 1)
         for q, s, n in zip(length, signal, noise, strict=True)
     )
-    assert facts["condition_number"] == pytest.approx(worst, rel=1e-6)
+    # LAPACK's estimate is a lower bound, rarely off by more than a factor of 3
+    assert worst / 3 < facts["condition_number"] < worst * (1 + 1e-6)
 
 
 def test_gpytorch_settings_are_as_before():
