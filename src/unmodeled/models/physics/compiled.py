@@ -19,7 +19,9 @@ __all__ = [
     "acceleration_function",
     "batch_integrator",
     "integrator",
+    "parameter_partials_function",
     "potential_function",
+    "state_partials_function",
     "variational_integrator",
 ]
 
@@ -33,18 +35,23 @@ _SCREENING_TOLERANCE = 1e-12
 
 
 @lru_cache(maxsize=64)
-def acceleration_function(system: System, derivative: str = "") -> Any:
-    """Compile the acceleration, or its derivative by ``"state"`` or a parameter name.
+def acceleration_function(system: System) -> Any:
+    """Compile the acceleration: six state variables to 3 values."""
+    return hy.cfunc(list(system.acceleration), list(system.state_symbols), **_COMPACT)
 
-    Inputs are the six state variables; the output is 3 values, 3 x 6 row by row for the state
-    derivative, 3 for a parameter.
-    """
-    outputs = list(system.acceleration)
-    if derivative == "state":
-        outputs = [hy.diff(a, v) for a in system.acceleration for v in system.state_symbols]
-    elif derivative:
-        symbol = system.parameter_symbols[derivative]
-        outputs = [hy.diff(a, symbol) for a in system.acceleration]
+
+@lru_cache(maxsize=64)
+def state_partials_function(system: System) -> Any:
+    """Compile d acceleration / d state: six state variables to 3 x 6 values, row by row."""
+    outputs = [hy.diff(a, v) for a in system.acceleration for v in system.state_symbols]
+    return hy.cfunc(outputs, list(system.state_symbols), **_COMPACT)
+
+
+@lru_cache(maxsize=64)
+def parameter_partials_function(system: System, parameters: tuple[str, ...]) -> Any:
+    """Compile d acceleration / d parameter: six state variables to 3 x p values, row by row."""
+    symbols = [system.parameter_symbols[name] for name in parameters]
+    outputs = [hy.diff(a, s) for a in system.acceleration for s in symbols]
     return hy.cfunc(outputs, list(system.state_symbols), **_COMPACT)
 
 

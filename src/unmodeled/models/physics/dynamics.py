@@ -122,17 +122,16 @@ class Dynamics:
 
     def state_partials(self, points: Any, times: Any = 0.0) -> Array:
         """Return d acceleration / d state, shape (n, 3, 6)."""
-        flat = self._evaluate(compiled.acceleration_function(self.system, "state"), points, times)
+        flat = self._evaluate(compiled.state_partials_function(self.system), points, times)
         return flat.reshape(-1, 3, 6)
 
     def parameter_partials(self, points: Any, names: Sequence[str], times: Any = 0.0) -> Array:
         """Return d acceleration / d parameter, shape (n, 3, p), in the order of ``names``."""
         self._check_names(names)
-        columns = [
-            self._evaluate(compiled.acceleration_function(self.system, name), points, times)
-            for name in names
-        ]
-        return np.stack(columns, axis=-1) if columns else np.empty((len(points), 3, 0))
+        if not len(names):
+            return np.empty((len(points), 3, 0))
+        function = compiled.parameter_partials_function(self.system, tuple(names))
+        return self._evaluate(function, points, times).reshape(-1, 3, len(names))
 
     def potential(self, points: Any, times: Any = 0.0) -> Array:
         """Return the force function U (acceleration = +grad U), shape (n,)."""
