@@ -34,6 +34,7 @@ LEARNERS = [
 
 
 def main() -> None:
+    """Run the pairs and print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--pairs", type=int, default=30)
     parser.add_argument("--state-noise", type=float, default=0.0)

@@ -2,7 +2,8 @@
 
 A card is a YAML file; those in ``cards/`` ship with the package and users write their own.  Zonal
 coefficients follow J_n = -C_n0 with plain Legendre polynomials; a card may give them fully
-normalised instead, and must then say so: J_n = sqrt(2 n + 1) Jbar_n [MontenbruckGill2000], section 3.2.
+normalised instead, and must then say so: J_n = sqrt(2 n + 1) Jbar_n, [MontenbruckGill2000]
+section 3.2.
 """
 
 from __future__ import annotations

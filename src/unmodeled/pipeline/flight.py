@@ -25,7 +25,7 @@ _FAR = 10.0
 #: ... or falls below this share of the Brillouin radius.
 _DEEP = 0.2
 # With such tolerances the solver accepts every step, so that its step is the one asked for.
-_ACCEPT = {"rtol": 1e6, "atol": 1e6}
+_ACCEPT = 1e6
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ def fly(
         for k, count in enumerate(steps):
             h = (t[k + 1] - t[k]) / count
             solver = scipy.integrate.DOP853(
-                rate, t[k], y, t[k + 1], first_step=h, max_step=h, **_ACCEPT
+                rate, t[k], y, t[k + 1], first_step=h, max_step=h, rtol=_ACCEPT, atol=_ACCEPT
             )
             while solver.status == "running":
                 solver.step()

@@ -77,5 +77,5 @@ def test_origin_and_bad_gm_are_refused():
     model = Residual(NearestNeighbour()).fit(X, y)
     with pytest.raises(DataError, match="position 1 is the origin"):
         model.predict([[1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
-    with pytest.raises(ConfigError, match=r"residual: gm is -1\.0\. Allowed: a number > 0"):
+    with pytest.raises(ConfigError, match=r"point_mass: gm is -1\.0\. Allowed: a number > 0"):
         Residual(NearestNeighbour(), gm=-1.0).fit(X, y)

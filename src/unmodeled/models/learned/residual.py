@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any, ClassVar, Self
 
 import numpy as np
 
 from unmodeled.core.arrays import Array
-from unmodeled.core.errors import ConfigError, DataError
 from unmodeled.core.units import NORMALISED_GM
 from unmodeled.models.learned.learner import Learner, NoiseLevel, Progress, learner_class
+from unmodeled.models.learned.point_mass import PointMassOnly
 
 __all__ = ["Residual"]
 
@@ -53,34 +52,17 @@ class Residual(Learner):
         self.has_covariance = learner.has_covariance
 
     def _fit(self, X: Array, y: Array, noise: NoiseLevel, progress: Progress) -> None:
-        if not (math.isfinite(self.gm) and self.gm > 0):
-            raise ConfigError(f"{self.name}: gm is {self.gm}", allowed="a number > 0")
-        rest = y - self._point_mass(X)
+        rest = y - self._baseline().fit(X, y).predict(X)
         self.learner_ = _copy(self.learner).fit(X, rest, noise, progress=progress)
 
-    def _point_mass(self, X: Array) -> Array:
-        """Return -gm x / r^3, (n, 3)."""
-        return -self.gm * X / self._radius(X)[:, None] ** 3
-
-    def _radius(self, X: Array) -> Array:
-        """Return |x|, (n,)."""
-        radius: Array = np.sqrt((X**2).sum(axis=1))
-        if (radius == 0.0).any():
-            raise DataError(
-                f"position {int(np.argmin(radius))} is the origin, where a point mass has no "
-                "acceleration",
-                allowed="positions away from the origin",
-            )
-        return radius
+    def _baseline(self) -> PointMassOnly:
+        return PointMassOnly(self.gm)
 
     def _predict(self, X: Array) -> Array:
-        return self._point_mass(X) + self.learner_.predict(X)
+        return self._baseline()._predict(X) + self.learner_.predict(X)
 
     def _jacobian(self, X: Array) -> Array:
-        radius = self._radius(X)[:, None, None]
-        unit = X[:, :, None] / radius
-        gradient = self.gm / radius**3 * (3.0 * unit * np.swapaxes(unit, 1, 2) - np.eye(3))
-        return gradient + self.learner_.jacobian(X)
+        return self._baseline()._jacobian(X) + self.learner_.jacobian(X)
 
     def _predict_covariance(self, X: Array) -> Array:
         return self.learner_.predict_covariance(X)
