@@ -1,0 +1,90 @@
+"""What the results rest on, in words: orbits, samples, periods, noise."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from unmodeled.pipeline.results import CharacterizationResult
+from unmodeled.reports.numbers import number, seconds_text
+
+__all__ = ["data_sentences", "elsewhere", "noise_sentence", "spans"]
+
+_FEW_ORBITS = 30
+
+
+def elsewhere(result: CharacterizationResult) -> str:
+    """Return what extrapolation means here, to follow "worse": "on other orbits" or the like."""
+    if _later(result):
+        return "on later revolutions"
+    return "on another orbit" if len(result.data.orbits) == 2 else "on other orbits"
+
+
+def spans(result: CharacterizationResult) -> tuple[str, str]:
+    """Return the length of the training orbit and of the others, in periods and time."""
+
+    def span(k: int) -> tuple[float, float]:
+        orbit, period = result.data.orbits[k], result.data.periods[k]
+        # The last sample stands for the time to the next one, as 10 periods of 25 samples do.
+        seconds = float(orbit.times[-1] - orbit.times[0]) * len(orbit) / (len(orbit) - 1)
+        return seconds / period, seconds
+
+    def text(low: tuple[float, float], high: tuple[float, float]) -> str:
+        periods = sorted({f"{p[0]:.3g}" for p in (low, high)}, key=float)
+        times = [seconds_text(s) for s in sorted((low[1], high[1]))]
+        return f"{' to '.join(periods)} periods ({' to '.join(dict.fromkeys(times))})"
+
+    others = [span(k) for k in range(1, len(result.data.orbits))]
+    return text(span(0), span(0)), text(
+        min(others, key=lambda s: s[1]), max(others, key=lambda s: s[1])
+    )
+
+
+def data_sentences(result: CharacterizationResult) -> list[str]:
+    """Return what was trained and tested on, with the caution that few orbits need."""
+    data = result.data
+    train, others = spans(result)
+    count = len(data.orbits) - 1
+    if _later(result):
+        orbits = f"later revolutions of the same orbit over {others}"
+    else:
+        orbits = f"{count} other orbit{'s' if count > 1 else ''} over {others}"
+    sentences = [
+        f"Trained on {len(data.train)} samples of one orbit over {train}; tested on "
+        f"{len(data.interpolation)} held-out samples of it (interpolation) and on "
+        f"{len(data.extrapolation)} samples of {orbits} (extrapolation)."
+    ]
+    if count < _FEW_ORBITS:
+        sentences.append(
+            "Robustness depends on the orbits that were drawn; "
+            f"with one training orbit and {count} other{'s' if count > 1 else ''} "
+            "these numbers describe these orbits and not the method. Sweep over initial "
+            "conditions before choosing a method."
+        )
+    return [*sentences, noise_sentence(result)]
+
+
+def noise_sentence(result: CharacterizationResult) -> str:
+    """Return the noise in SI and as a share of the medians, and what errors are counted from."""
+    data, noise = result.data, result.data.noise
+    truth = "the truth" if result.config.data.simulated else "the best knowledge of the orbit"
+    end = f" Errors are counted from {truth}, not from the noisy samples."
+    if noise.state == 0 and noise.acceleration == 0:
+        return f"No noise was added. Errors are counted from {truth}."
+    radius = float(np.median(np.linalg.norm(data.train.positions, axis=1)))
+    size = float(np.median(np.linalg.norm(data.train.accelerations, axis=1)))
+    parts = []
+    if noise.state > 0:
+        parts.append(
+            f"{number(noise.state * data.units.length)} m in position "
+            f"({number(100 * noise.state / radius)} % of the median radius)"
+        )
+    if noise.acceleration > 0:
+        parts.append(
+            f"{number(noise.acceleration * data.units.acceleration)} m/s² in acceleration "
+            f"({number(100 * noise.acceleration / size)} % of the median acceleration)"
+        )
+    return f"Noise on each axis, one sigma: {' and '.join(parts)}, {noise.draws} draws.{end}"
+
+
+def _later(result: CharacterizationResult) -> bool:
+    return str(result.data.facts.get("extrapolation", "")).startswith("later revolutions")
