@@ -12,6 +12,8 @@ __all__ = ["first_revolutions", "split_revolutions", "thin"]
 
 #: Share of a trajectory that trains when no number of periods is asked for.
 _TRAIN_SHARE = 0.7
+# A sample this share of a sampling interval before a cut lies on it: times are rounded.
+_ROUNDING = 1e-6
 
 
 def thin(trajectory: Trajectory, spacing: float) -> Trajectory:
@@ -57,7 +59,7 @@ def first_revolutions(
         trajectory = thin(trajectory, period / samples_per_period)
     if periods is None:
         return trajectory, period
-    keep = trajectory.times - trajectory.times[0] < periods * period
+    keep = trajectory.times - trajectory.times[0] < periods * period - _ROUNDING * slack
     if keep.sum() < 4:
         raise DataError(
             f"{trajectory.source}: {int(keep.sum())} samples are left",
@@ -116,7 +118,7 @@ def split_revolutions(
     if samples_per_period is not None:
         trajectory = thin(trajectory, period / samples_per_period)
     cut = start + train * period
-    first = trajectory.times < cut
+    first = trajectory.times < cut - _ROUNDING * slack * period
     second = ~first & (trajectory.times <= cut + (rest + slack) * period)
     for name, mask in (("training", first), ("extrapolation", second)):
         if mask.sum() < 4:
