@@ -11,12 +11,12 @@ from unmodeled.reports.tables import Table
 __all__ = ["data_table", "element_table"]
 
 _ELEMENTS = {
-    "semi_major_axis": "semi-major axis, Brillouin radii",
-    "eccentricity": "eccentricity, 1",
-    "inclination": "inclination, deg",
-    "node": "ascending node, deg",
-    "periapsis": "argument of periapsis, deg",
-    "true_anomaly": "true anomaly, deg",
+    "semi_major_axis": "semi-major axis [Brillouin radii]",
+    "eccentricity": "eccentricity [–]",
+    "inclination": "inclination [deg]",
+    "node": "ascending node [deg]",
+    "periapsis": "argument of periapsis [deg]",
+    "true_anomaly": "true anomaly [deg]",
 }
 
 
@@ -33,7 +33,9 @@ def data_table(result: CharacterizationResult) -> Table:
             if key != "elements"
         ),
     ]
-    return Table("Facts of the data", ("fact", "value"), tuple(rows), learners=False)
+    return Table(
+        "Facts of the data", ("fact", "value"), tuple(rows), text_columns=(1,), learners=False
+    )
 
 
 def element_table(result: CharacterizationResult) -> Table:

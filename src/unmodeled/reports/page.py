@@ -21,7 +21,7 @@ from unmodeled.reports.baseline import point_mass_summaries
 from unmodeled.reports.data_words import data_sentences, elsewhere
 from unmodeled.reports.sections import Drawn, Section, sections
 from unmodeled.reports.style import learner_styles, render
-from unmodeled.reports.words import learner_sentence, overview, ranked
+from unmodeled.reports.words import learner_sentence, overview, ranked, verdict
 
 __all__ = ["write_report"]
 
@@ -80,7 +80,11 @@ def write_report(result: CharacterizationResult, folder: Path) -> Path:
         styles=learner_styles(result.config.learners),
         overview=overview(result),
         findings=[
-            {"label": r.label, "text": learner_sentence(r, reference, where)}
+            {
+                "label": r.label,
+                "text": learner_sentence(r, reference, where).removeprefix(r.label),
+                "unfit": bool(r.failure) or verdict(r.summaries, reference).unfit,
+            }
             for r in ranked(result)
         ],
         basis=data_sentences(result),

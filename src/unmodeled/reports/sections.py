@@ -77,8 +77,7 @@ def sections(result: CharacterizationResult) -> list[Section]:
         Section(
             "where",
             "Where the models fail",
-            figures=_one(result, "error-against-radius", draw.error_against_radius(result))
-            + tuple(_curves(result)),
+            figures=_one(result, "error-against-radius", draw.error_against_radius(result)),
             tables=(tables.orbit_table(result),) if len(result.data.orbits) > 2 else (),
         ),
         Section(
@@ -94,6 +93,7 @@ def sections(result: CharacterizationResult) -> list[Section]:
             _one(result, "calibration", draw.calibration(result)),
             uncertain,
         ),
+        Section("curves", "Acceleration along the orbits", figures=tuple(_curves(result))),
         Section("cost", "What it costs", tables=(tables.cost_table(result),)),
         Section("models", "The fitted models", tables=(tables.fact_table(result),)),
         Section(

@@ -23,6 +23,16 @@ __all__ = [
 ]
 
 
+_MOST_ORBITS = 10
+_SHARES = {
+    0.0: "best orbit",
+    0.25: "lower quartile",
+    0.5: "median orbit",
+    0.75: "upper quartile",
+    1.0: "worst orbit",
+}
+
+
 @dataclass(frozen=True)
 class Table:
     """A table of text; the first column heads the rows.
@@ -32,11 +42,15 @@ class Table:
     title : str
         What it shows.
     columns : tuple of str
-        Headers, with units.
+        Headers, with the unit at the end in brackets: "training [s]"; [–] is dimensionless.
     rows : tuple of tuple of str
         Cells, as long as ``columns``.
     note : str
         Below the table.
+    groups : tuple of (str, int)
+        Headers above the columns after the first, each with the number of columns it spans.
+    text_columns : tuple of int
+        Columns of words, to be set flush left.
     learners : bool
         True if the first column names learners, which get their colour.
     """
@@ -45,6 +59,8 @@ class Table:
     columns: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     note: str = ""
+    groups: tuple[tuple[str, int], ...] = ()
+    text_columns: tuple[int, ...] = ()
     learners: bool = True
 
 
@@ -54,7 +70,7 @@ def error_table(result: CharacterizationResult) -> Table:
     rows = []
     for r in ranked(result):
         if r.failure:
-            rows.append((r.label, "failed", *["–"] * 7))
+            rows.append((r.label, "failed", *["–"] * 6))
             continue
         s = r.summaries
         inside, outside = s["interpolation"], s["extrapolation"]
@@ -65,29 +81,34 @@ def error_table(result: CharacterizationResult) -> Table:
                 number(inside.median),
                 number(inside.worst),
                 number(outside.median),
+                number(outside.median / reference) if reference > 0 else "–",
                 number(outside.percentile_95),
                 number(outside.worst),
-                number(outside.median / reference) if reference > 0 else "–",
-                str(sum(x.failures for x in s.values())),
             )
         )
     return Table(
         "Fractional acceleration errors",
         (
             "learner",
-            "training median, 1",
-            "interpolation median, 1",
-            "interpolation worst, 1",
-            "extrapolation median, 1",
-            "extrapolation 95 % quantile, 1",
-            "extrapolation worst, 1",
-            "extrapolation median over bare point mass, 1",
-            "not finite, samples",
+            "median [–]",
+            "median [–]",
+            "worst [–]",
+            "median [–]",
+            "median over point mass [–]",
+            "95 % quantile [–]",
+            "worst [–]",
         ),
         tuple(rows),
-        "Errors |a − â| / |a| are dimensionless (unit 1). "
-        f"The bare known point mass has an extrapolation median of {number(reference)}.",
+        "Errors are |a − â| / |a|. The bare known point mass has an extrapolation median of "
+        f"{number(reference)}.{_not_finite(result)}",
+        groups=(("training", 1), ("interpolation", 2), ("extrapolation", 4)),
     )
+
+
+def _not_finite(result: CharacterizationResult) -> str:
+    counts = {r.label: sum(s.failures for s in r.summaries.values()) for r in result.learners}
+    found = [f"{label} {n}" for label, n in counts.items() if n]
+    return f" Predictions that are not finite: {', '.join(found)}." if found else ""
 
 
 def orbit_table(result: CharacterizationResult) -> Table:
@@ -95,16 +116,21 @@ def orbit_table(result: CharacterizationResult) -> Table:
     samples = result.data.extrapolation
     orbits = sorted({int(k) for k in samples.orbit})
     rows = []
+    many = len(orbits) > _MOST_ORBITS
     for r in ranked(result):
         if r.failure:
             continue
         medians = [float(np.median(r.errors["extrapolation"][samples.orbit == k])) for k in orbits]
+        if many:  # "nearest" keeps infinite medians apart from finite ones
+            medians = [float(np.quantile(medians, q, method="nearest")) for q in _SHARES]
         rows.append((r.label, *(number(m) for m in medians)))
+    names = _SHARES.values() if many else [f"orbit {k}" for k in orbits]
     return Table(
         "Extrapolation median by orbit",
-        ("learner", *(f"orbit {k}, 1" for k in orbits)),
+        ("learner", *(f"{name} [–]" for name in names)),
         tuple(rows),
-        "Median fractional acceleration error, dimensionless.",
+        "Median fractional acceleration error on each extrapolation orbit"
+        + (f", its spread over {len(orbits)} orbits." if many else "."),
     )
 
 
@@ -118,28 +144,40 @@ def flight_table(result: CharacterizationResult) -> Table:
         if not r.flights:
             continue
         flights = {f.orbit: f for f in r.flights}
-        cells, reasons = [], []
+        cells = []
         for k in orbits:
             f = flights.get(k)
             cells += [number(f.flight.largest_error(p * f.period)) if f else "–" for p in periods]
-            if f and f.flight.status != "complete":
-                reasons.append(f"{names[k]}: {f.flight.status}")
-        rows.append((r.label, *cells, "; ".join(reasons) or "none"))
+        rows.append((r.label, *cells))
     floor = result.flight_floor
-    note = "∞: the flight ended before. "
+    note = _ended_early(result)
     if math.isfinite(floor):
         note += f"Flying the true field with the same solver leaves at most {number(floor)} m."
     else:
         note += "The true field is unknown, and so is the share of the solver in these errors."
-    columns = [
-        f"{names[k]}, {p:g} period{'s' if p != 1 else ''}, m" for k in orbits for p in periods
-    ]
+    columns = [f"{p:g} period{'s' if p != 1 else ''} [m]" for p in periods] * len(orbits)
     return Table(
         "Largest position error of a flight",
-        ("learner", *columns, "flights that ended early"),
+        ("learner", *columns),
         tuple(rows),
         note,
+        groups=tuple((names[k], len(periods)) for k in orbits),
     )
+
+
+def _ended_early(result: CharacterizationResult) -> str:
+    """Name the flights behind the infinite errors, with their reasons."""
+    found = []
+    for r in result.learners:
+        reasons: dict[str, list[str]] = {}
+        for f in r.flights:
+            if f.flight.status != "complete":
+                name = "the training orbit" if f.orbit == 0 else f"orbit {f.orbit}"
+                reasons.setdefault(f.flight.status, []).append(name)
+        if reasons:
+            told = "; ".join(f"{why} on {', '.join(where)}" for why, where in reasons.items())
+            found.append(f"{r.label} ({told})")
+    return f"∞: the flight ended before that. Ended early: {', '.join(found)}. " if found else ""
 
 
 def cost_table(result: CharacterizationResult) -> Table:
@@ -148,11 +186,11 @@ def cost_table(result: CharacterizationResult) -> Table:
         "Cost",
         (
             "learner",
-            "training, s",
-            "memory growth in training, MB",
-            "one evaluation alone, µs",
-            "one point in a large call, µs",
-            "fitted arrays, kB",
+            "training [s]",
+            "memory growth in training [MB]",
+            "one evaluation alone [µs]",
+            "one point in a large call [µs]",
+            "fitted arrays [kB]",
         ),
         tuple(
             (
@@ -191,13 +229,14 @@ def calibration_table(result: CharacterizationResult) -> Table:
         (
             "learner",
             "set",
-            "within 1 sigma, % (68.3)",
-            "within 1.96 sigma, % (95.0)",
-            "median sigma, m/s²",
-            "negative log likelihood, nats a sample",
+            "within 1 sigma, 68.3 expected [%]",
+            "within 1.96 sigma, 95.0 expected [%]",
+            "median sigma [m/s²]",
+            "negative log likelihood [nats a sample]",
         ),
         tuple(rows),
         "The likelihood is that of accelerations in normalised units; lower is better.",
+        text_columns=(1,),
     )
 
 
@@ -211,8 +250,9 @@ def fact_table(result: CharacterizationResult) -> Table:
     units = result.data.units
     return Table(
         "The fitted models",
-        ("learner", "fact", "value, normalised units"),
+        ("learner", "fact", "value [normalised units]"),
         tuple(rows),
         f"One unit of length is {number(units.length, 4)} m, of time {number(units.time, 4)} s, "
         f"of acceleration {number(units.acceleration, 4)} m/s².",
+        text_columns=(1,),
     )

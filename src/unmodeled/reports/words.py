@@ -127,12 +127,13 @@ def learner_sentence(
     v = verdict(s, point_mass)
     known = _YARDSTICKS.get(learner.kind, "")
     role = f" ({known}: a bound, not a candidate)" if known else ""
-    joint = "and" if (v.safety == "safe") == (v.robustness == "robust") else "but"
+    only = "only " if v.robustness == "moderately robust" else ""
+    joint = ("and" if (v.safety == "safe") == (v.robustness == "robust") else "but") + f" {only}"
     # "Robust" compares a learner with itself; the point mass says whether it is any use.
     turn = "and" if (v.robustness == "robust") == (v.against_point_mass < _NO_BETTER) else "yet"
     text = (
         f"{learner.label}{role}: {v.safety} on its own orbit (interpolation median {inside}, "
-        f"{_training(v, s)}) {joint} {v.robustness}: {where} {outside}{_loss(v)}, {turn} "
+        f"{_training(v, s)}) {joint}{v.robustness}: {where} {outside}{_loss(v)}, {turn} "
         f"{_against(v.against_point_mass)}."
     )
     if v.unfit:
@@ -198,7 +199,7 @@ def calibration_sentence(
         c = calibrations[name]
         word = _calibrated(c, counts[name])
         words.append(
-            f"{word} in {name} ({100 * c.coverage_68:.0f} % and {100 * c.coverage_95:.0f} % of the "
+            f"{word} in {name} ({counts[name]} samples: {100 * c.coverage_68:.0f} % and {100 * c.coverage_95:.0f} % of the "
             "components lie in the 68 % and 95 % intervals)"
         )
     return f"{label}: its predicted uncertainty is {words[0]} and {words[1]}."
@@ -226,11 +227,13 @@ def overview(result: CharacterizationResult) -> str:
         f"most accurate {where} (median fractional error "
         f"{number(best.summaries['extrapolation'].median)}, {_against(ratio)})."
     )
+    if ratio >= _NO_BETTER:
+        text += f" No learner beats the bare point mass {where}."
     unfit = [r for r in candidates if verdict(r.summaries, point_mass).unfit]
     if unfit:
         text += (
-            f" {len(unfit)} of {len(candidates)} must not be used off the training orbit: there "
-            f"they are more than {UNFIT_RATIO:g} times worse than a bare point mass."
+            f" {len(unfit)} of {len(candidates)} must not be used off the training orbit: more "
+            f"than {UNFIT_RATIO:g} times worse than a bare point mass there."
         )
     return text
 

@@ -26,7 +26,7 @@ __all__ = ["acceleration_curves", "shown_periods"]
 
 _MOST_PERIODS = 3.0
 _TRUTH = "#111111"
-_CELL, _LEGEND, _LIFT = 2.7, 0.35, 0.3  # inches
+_CELL, _LEGEND, _LIFT = 2.5, 0.35, 0.15  # inches
 # Predictions farther out than this many times half the box are not drawn.
 _MARGIN = 1.25
 
@@ -76,8 +76,9 @@ def acceleration_curves(
         for row, learner in enumerate(learners):
             top = 1 - (_LEGEND + row * _CELL) / height
             for orbit in (0, 1):
-                place = (0.5 * orbit, top - (_CELL - _LIFT) / height, 0.46, (_CELL - 0.1) / height)
+                place = (0.5 * orbit, top - (_CELL - _LIFT) / height, 0.46, (_CELL + 0.05) / height)
                 axes = cast(Axes3D, figure.add_axes(place, projection="3d"))
+                axes.patch.set_visible(False)  # the cells overlap a little
                 _panel(axes, result, learner, orbit, styles[learner.label])
                 _title(figure, learner, orbit, styles[learner.label], top - 0.1 / height)
         _legend(figure)
