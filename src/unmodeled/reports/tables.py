@@ -183,7 +183,7 @@ def _ended_early(result: CharacterizationResult) -> str:
 def cost_table(result: CharacterizationResult) -> Table:
     """Return time, memory and size; they differ from run to run."""
     return Table(
-        "Cost",
+        "Time and memory",
         (
             "learner",
             "training [s]",
@@ -249,7 +249,7 @@ def fact_table(result: CharacterizationResult) -> Table:
     ]
     units = result.data.units
     return Table(
-        "The fitted models",
+        "What the fitted models say of themselves",
         ("learner", "fact", "value [normalised units]"),
         tuple(rows),
         f"One unit of length is {number(units.length, 4)} m, of time {number(units.time, 4)} s, "

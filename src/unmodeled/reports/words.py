@@ -199,8 +199,8 @@ def calibration_sentence(
         c = calibrations[name]
         word = _calibrated(c, counts[name])
         words.append(
-            f"{word} in {name} ({counts[name]} samples: {100 * c.coverage_68:.0f} % and {100 * c.coverage_95:.0f} % of the "
-            "components lie in the 68 % and 95 % intervals)"
+            f"{word} in {name} ({counts[name]} samples: {100 * c.coverage_68:.0f} % and "
+            f"{100 * c.coverage_95:.0f} % of the components lie in the 68 % and 95 % intervals)"
         )
     return f"{label}: its predicted uncertainty is {words[0]} and {words[1]}."
 
