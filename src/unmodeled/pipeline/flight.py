@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +27,7 @@ _FAR = 10.0
 _DEEP = 0.2
 # With such tolerances the solver accepts every step, so that its step is the one asked for.
 _ACCEPT = 1e6
+_ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
@@ -40,7 +42,7 @@ class Flight:
         Distance between predicted and true position, m.
     status : str
         ``"complete"``, or why it ended: ``"left the region"``, ``"fell into the body"``,
-        ``"field not finite"``.
+        ``"field not finite"``, ``"step too small"``.
     evaluations : int
         Evaluations of the learned field.
     """
@@ -52,9 +54,10 @@ class Flight:
 
     def largest_error(self, until: float) -> float:
         """Return the largest position error (m) up to a time (s); infinite if it ended before."""
-        if self.status != "complete" and self.times[-1] < until:
+        # A sample at the very end counts, whatever rounding says.
+        if self.status != "complete" and self.times[-1] < until * (1 - _ROUNDING):
             return float("inf")
-        return float(self.position_error[self.times <= until].max())
+        return float(self.position_error[self.times <= until * (1 + _ROUNDING)].max())
 
 
 class _StopFlight(Exception):  # noqa: N818  (a signal, not an error)
@@ -84,7 +87,7 @@ def fly(
         How long, s; the flight ends earlier where the true orbit does.
     """
     elapsed = truth.times - truth.times[0]
-    keep = elapsed <= duration * (1 + 1e-12)
+    keep = elapsed <= duration * (1 + _ROUNDING)
     t = elapsed[keep] / units.time
     true = truth.positions[keep] / units.length
     y = np.concatenate([true[0], truth.velocities[0] / units.velocity])
@@ -110,7 +113,8 @@ def fly(
         return np.concatenate([y[3:], a])
 
     positions = [y[:3]]
-    try:
+    # A wild field may overflow within a step; the flight then ends with a reason.
+    with suppress(_StopFlight), np.errstate(over="ignore", invalid="ignore"):
         for k, count in enumerate(steps):
             h = (t[k + 1] - t[k]) / count
             solver = scipy.integrate.DOP853(
@@ -118,13 +122,14 @@ def fly(
             )
             while solver.status == "running":
                 solver.step()
+            if solver.status == "failed":
+                status = "step too small"
+                break
             y = solver.y
             positions.append(y[:3])
-    except _StopFlight:
-        pass
     reached = len(positions)
     error = np.linalg.norm(np.array(positions) - true[:reached], axis=1) * units.length
-    return Flight(t[:reached] * units.time, error, status, evaluations)
+    return Flight(elapsed[:reached], error, status, evaluations)
 
 
 def _steps_between_samples(t: Array, radius: Array, period: float) -> list[int]:
