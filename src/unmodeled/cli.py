@@ -209,16 +209,25 @@ def _progress() -> Iterator[Callable[[str, float], None]]:
 
 
 def _print_summary(result: Any) -> None:
-    table = Table(title="fractional acceleration error |a - a_pred| / |a|, medians (worst)")
-    table.add_column("learner")
-    for name in ("train", "interpolation", "extrapolation"):
-        table.add_column(name, justify="right")
+    """Print the answer in words and one row a learner."""
+    from unmodeled.reports import overview
+
+    print(overview(result))
+    table = Table(title="fractional acceleration error |a - a_pred| / |a|, medians")
+    table.add_column("learner", no_wrap=True)
+    for name in ("training", "interpolation", "extrapolation", "worst"):
+        table.add_column(name, justify="right", no_wrap=True)
     for r in result.learners:
         if r.failure:
-            table.add_row(r.label, f"failed: {r.failure}")
+            table.add_row(r.label, "failed", end_section=False)
             continue
-        table.add_row(r.label, *(f"{s.median:.2e} ({s.worst:.1e})" for s in r.summaries.values()))
+        s = r.summaries
+        medians = (f"{s[k].median:.1e}" for k in ("train", "interpolation", "extrapolation"))
+        table.add_row(r.label, *medians, f"{s['extrapolation'].worst:.1e}")
     Console().print(table)
+    for r in result.learners:
+        if r.failure:
+            print(f"{r.label} failed: {r.failure}")
 
 
 if __name__ == "__main__":
