@@ -18,6 +18,7 @@ __all__ = [
     "SCREENING_PERIODS",
     "TABLE_3",
     "CollisionFree",
+    "checked_ranges",
     "collision_free",
     "require_collision_free",
     "sample_elements",
@@ -93,7 +94,7 @@ def sample_elements(
 def checked_ranges(
     ranges: Mapping[str, tuple[float, float]] | None,
 ) -> dict[str, tuple[float, float]]:
-    """Return `TABLE_3` with replacements, after checking them."""
+    """Return `TABLE_3` with replacements, after checking them; errors as `sample_elements`."""
     limits = dict(TABLE_3)
     for name, pair in (ranges or {}).items():
         if name not in limits:

@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
 from unmodeled.core.errors import ConfigError
 from unmodeled.core.units import NormalisedUnits
+from unmodeled.datasets.initial_conditions import checked_ranges
 from unmodeled.datasets.noise import Noise
 from unmodeled.models.learned import Learner, Residual, learner_class
 from unmodeled.pipeline.config_errors import translate
@@ -74,6 +75,17 @@ class DataConfig(Section):
     integrator: Literal["heyoka", "rk4"] = "heyoka"
     rk4_steps_per_period: Annotated[int, Field(ge=1)] = 200
 
+    @model_validator(mode="after")
+    def _makes_sense(self) -> DataConfig:
+        checked_ranges(self.ranges)
+        if self.simulated and self.extrapolation_trajectory is not None:
+            raise ConfigError(
+                f"data.extrapolation_trajectory is {self.extrapolation_trajectory} and "
+                "data.trajectory is simulated",
+                do="give the file of the training orbit as data.trajectory too",
+            )
+        return self
+
     @property
     def simulated(self) -> bool:
         """True if orbits are propagated, False if they are read."""
@@ -112,7 +124,7 @@ class NoiseConfig(Section):
 class FlightConfig(Section):
     """Test point B: the training orbit and up to ``orbits`` others, flown with each model."""
 
-    periods: tuple[Positive, ...] = (1.0, 3.0)
+    periods: Annotated[tuple[Positive, ...], Field(min_length=1)] = (1.0, 3.0)
     orbits: Annotated[int, Field(ge=1)] = 3
 
 
@@ -145,6 +157,11 @@ class LearnerConfig(Section):
                 )
             given = {k: v for k, v in given.items() if k != "params"} | dict(given["params"])
         cls_ = learner_class(str(given["kind"]))
+        if cls_ is Residual:
+            raise ConfigError(
+                'learner "residual" is chosen by its baseline',
+                do="write the kind of what learns the residual, with baseline: point_mass",
+            )
         alone = cls_.stands_alone
         baseline = given.get("baseline", "none" if alone else "point_mass")
         if alone and baseline != "none":
@@ -244,4 +261,8 @@ def _params_model(kind: str) -> type[BaseModel]:
     fields: dict[str, Any] = {
         name: (hints[name], default) for name, default in cls.default_params().items()
     }
-    return create_model(f"{cls.__name__}Params", __config__=ConfigDict(extra="forbid"), **fields)
+    return create_model(
+        f"{cls.__name__}Params",
+        __config__=ConfigDict(extra="forbid", allow_inf_nan=False),
+        **fields,
+    )

@@ -27,7 +27,14 @@ def translate(
     also : tuple of str
         Further names that are known at the top of that section.
     """
-    lines = [_sentence(problem, model, also) for problem in error.errors()]
+    problems = error.errors()
+    # A list that lost a bad entry is also reported as too short: one finding is enough.
+    inside = {tuple(p["loc"][:1]) for p in problems if len(p["loc"]) > 1}
+    lines = [
+        _sentence(problem, model, also)
+        for problem in problems
+        if problem["type"] != "too_short" or tuple(problem["loc"]) not in inside
+    ]
     return ConfigError(f"{source}: " + "; ".join(lines))
 
 
