@@ -222,11 +222,11 @@ def short(label: str, width: int = 34) -> str:
 
     Examples
     --------
-    >>> short("a label that goes on and on", 12)
+    >>> short("a label that goes on and on", 13)
     'a label that…'
     """
     text = " ".join(label.split())
-    return text if len(text) <= width else textwrap.shorten(text, width + 1, placeholder="…")
+    return text if len(text) <= width else textwrap.shorten(text, width, placeholder="…")
 
 
 def _stands_alone(kind: str) -> bool:

@@ -35,7 +35,7 @@ def trajectories(result: CharacterizationResult) -> Figure:
     with figure_style():
         figure = new_figure(_HEIGHT)
         figure.set_layout_engine("none")
-        axes = cast(Axes3D, figure.add_axes((-0.02, -0.04, _SHARE, 1.08), projection="3d"))
+        axes = cast(Axes3D, figure.add_axes((-0.02, 0.02, _SHARE, 1.04), projection="3d"))
         _sphere(axes, data.units.length * factor)
         _orbits(axes, data, factor)
         for name in "xyz":
