@@ -304,12 +304,9 @@ def test_it_cannot_be_changed():
         resolve().seed = 4
 
 
-KEYS = st.sampled_from(
-    (
-        "name seed body data noise learners flight kind params baseline label orbit ranges "
-        "periods eccentricity state epochs volume x"
-    ).split()
-) | st.just(3)
+SECTIONS = ["name", "seed", "body", "data", "noise", "learners", "flight", "kind", "params"]
+OTHERS = ["baseline", "label", "orbit", "ranges", "periods", "eccentricity", "state", "epochs"]
+KEYS = st.sampled_from([*SECTIONS, *OTHERS, "volume", "x", 3])
 PLAIN = st.recursive(
     st.none()
     | st.booleans()
