@@ -1,5 +1,6 @@
 """Figures, tables, captions and the HTML page: everything a person looks at."""
 
 from unmodeled.reports.page import write_report
+from unmodeled.reports.words import overview
 
-__all__ = ["write_report"]
+__all__ = ["overview", "write_report"]
