@@ -6,8 +6,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from unmodeled.models.learned.exact_gp import ExactGP
+from unmodeled.models.learned.harmonic_least_squares import (
+    FittedPointMass,
+    HarmonicLeastSquares,
+    ZonalOracle,
+)
 from unmodeled.models.learned.learner import Learner
 from unmodeled.models.learned.nearest_neighbour import NearestNeighbour
+from unmodeled.models.learned.point_mass import PointMassOnly
 from unmodeled.models.learned.rbf_network import RBFNetwork
 from unmodeled.models.learned.residual import Residual
 from unmodeled.models.learned.spectral_mlp import SpectralMLP
@@ -31,4 +37,8 @@ LEARNER_FACTORIES: dict[str, LearnerFactory] = {
     "nearest_neighbour": LearnerFactory(NearestNeighbour, score=0.2, continuous=False),
     "residual(exact_gp)": LearnerFactory(lambda: Residual(ExactGP(epochs=10)), score=1e-6),
     "residual(rbf_network)": LearnerFactory(lambda: Residual(RBFNetwork()), score=1e-4),
+    "point_mass": LearnerFactory(PointMassOnly, score=2e-2),
+    "fitted_point_mass": LearnerFactory(FittedPointMass, score=2e-2),
+    "harmonic_least_squares": LearnerFactory(lambda: HarmonicLeastSquares(degree=5), score=1e-8),
+    "zonal_oracle": LearnerFactory(ZonalOracle, score=1e-12),
 }

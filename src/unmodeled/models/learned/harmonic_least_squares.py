@@ -116,7 +116,7 @@ class HarmonicLeastSquares(Learner):
     def facts(self) -> dict[str, float | str]:
         """Return the number of coefficients, the ridge and the fitted mass."""
         facts: dict[str, float | str] = {
-            "coefficients": len(self.coefficients_),
+            "coefficients": float(len(self.coefficients_)),
             "ridge": self.ridge_,
         }
         if "C_0_0" in self.coefficient_names():
