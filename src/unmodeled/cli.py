@@ -213,18 +213,16 @@ def _print_summary(result: Any) -> None:
     from unmodeled.reports import overview
 
     print(overview(result))
-    table = Table(title="fractional acceleration error |a - a_pred| / |a|, medians")
-    table.add_column("learner", no_wrap=True)
-    for name in ("training", "interpolation", "extrapolation", "worst"):
-        table.add_column(name, justify="right", no_wrap=True)
+    width = max(len(r.label) for r in result.learners)
+    print("\nfractional acceleration error |a - a_pred| / |a|: medians, and the worst elsewhere")
+    heads = ("training", "interpolation", "extrapolation", "worst")
+    print(" " * width + "".join(f"  {head:>13}" for head in heads))
     for r in result.learners:
-        if r.failure:
-            table.add_row(r.label, "failed", end_section=False)
-            continue
         s = r.summaries
-        medians = (f"{s[k].median:.1e}" for k in ("train", "interpolation", "extrapolation"))
-        table.add_row(r.label, *medians, f"{s['extrapolation'].worst:.1e}")
-    Console().print(table)
+        if s:
+            errors = [s[k].median for k in ("train", "interpolation", "extrapolation")]
+            cells = (f"  {e:13.1e}" for e in (*errors, s["extrapolation"].worst))
+            print(f"{r.label:{width}}" + "".join(cells))
     for r in result.learners:
         if r.failure:
             print(f"{r.label} failed: {r.failure}")
