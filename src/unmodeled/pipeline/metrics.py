@@ -14,7 +14,7 @@ __all__ = ["Calibration", "ErrorSummary", "calibrate", "fractional_error", "summ
 
 
 def fractional_error(true: Array, predicted: Array) -> Array:
-    """Return |a_true - a_predicted| / |a_true| of each sample, [Neamati2022] Eq. 3.
+    """Return the length of the error over the length of the true acceleration, [Neamati2022] Eq. 3.
 
     Parameters
     ----------
