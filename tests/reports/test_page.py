@@ -11,6 +11,8 @@ import pytest
 
 from unmodeled.reports import write_report
 
+# One worker: the pages are written once and shared.
+pytestmark = pytest.mark.xdist_group("report_page")
 CASES = ["result", "failed", "infinite", "measured"]
 _NAMES = {
     "error-summary",

@@ -13,9 +13,12 @@ from unmodeled.reports import write_report
 BROWSER = next(
     (p for p in map(shutil.which, ("chromium", "chromium-browser", "google-chrome")) if p), None
 )
-pytestmark = pytest.mark.skipif(
-    BROWSER is None, reason="no chromium, chromium-browser or google-chrome on the PATH"
-)
+pytestmark = [
+    pytest.mark.xdist_group("report_page"),
+    pytest.mark.skipif(
+        BROWSER is None, reason="no chromium, chromium-browser or google-chrome on the PATH"
+    ),
+]
 _OPTIONS = [
     "--headless=new",
     "--no-sandbox",

@@ -148,7 +148,7 @@ def _title(
     x = 0.5 * orbit + 0.02
     figure.add_artist(Line2D([x], [y], linestyle="", markersize=6, **style.marker_options))
     where = "training orbit" if orbit == 0 else "extrapolation orbit 1"
-    figure.text(x + 0.017, y, f"{short(learner.label, 26)}, {where}", va="center", fontsize=8.5)
+    figure.text(x + 0.017, y, f"{short(learner.label, 24)}, {where}", va="center", fontsize=8.5)
 
 
 def _legend(figure: Figure) -> None:

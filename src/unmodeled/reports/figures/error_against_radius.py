@@ -64,7 +64,13 @@ def error_against_radius(result: CharacterizationResult) -> Figure | None:
             if k >= len(learners):
                 axes.set_visible(False)
                 continue
-            axes.axhline(reference, color="#4B5563", linestyle=":", linewidth=1.0, zorder=1)
+            axes.axhline(
+                float(limits.clip(reference)),
+                color="#4B5563",
+                linestyle=":",
+                linewidth=1.0,
+                zorder=1,
+            )
             _panel(axes, learners[k], result.data, limits, styles[learners[k].label])
             if k + columns >= len(learners):  # lowest panel of its column
                 axes.tick_params(labelbottom=True)

@@ -62,7 +62,9 @@ def error_summary(result: CharacterizationResult) -> Figure | None:
         for row, learner in enumerate(learners):
             _row(axes, row, learner.summaries, limits)
             _swatch(axes, row, styles[learner.label])
-        axes.axvline(reference, color="#4B5563", linestyle=":", linewidth=1.3, zorder=1)
+        axes.axvline(
+            float(limits.clip(reference)), color="#4B5563", linestyle=":", linewidth=1.3, zorder=1
+        )
         axes.set_xscale("log")
         axes.set_xlim(limits.limits)
         decades(axes.xaxis, limits)

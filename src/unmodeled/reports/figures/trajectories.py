@@ -35,7 +35,7 @@ def trajectories(result: CharacterizationResult) -> Figure:
     with figure_style():
         figure = new_figure(_HEIGHT)
         figure.set_layout_engine("none")
-        axes = cast(Axes3D, figure.add_axes((-0.02, 0.02, _SHARE, 1.04), projection="3d"))
+        axes = cast(Axes3D, figure.add_axes((-0.01, 0.02, _SHARE, 1.02), projection="3d"))
         _sphere(axes, data.units.length * factor)
         _orbits(axes, data, factor)
         for name in "xyz":
@@ -45,7 +45,7 @@ def trajectories(result: CharacterizationResult) -> Figure:
             axes.locator_params(axis=name, nbins=5)
         axes.set_aspect("equal")
         axes.view_init(elev=24, azim=-52)
-        figure.legend(loc="center left", bbox_to_anchor=(_SHARE + 0.05, 0.5), labelspacing=0.9)
+        figure.legend(loc="center left", bbox_to_anchor=(_SHARE + 0.03, 0.5), labelspacing=0.9)
     return figure
 
 
