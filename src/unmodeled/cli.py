@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import os
 import sys
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib import metadata
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, ParamSpec
 
 # One BLAS thread: learners work on many small problems, where more threads only get in each
 # other's way. Must be set before numpy and torch load; a user's own setting wins.
@@ -21,7 +23,12 @@ from rich.console import Console  # noqa: E402
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn  # noqa: E402
 from rich.table import Table  # noqa: E402
 
-from unmodeled.core.errors import ConfigError, InputError, UnmodeledError  # noqa: E402
+from unmodeled.core.errors import (  # noqa: E402
+    ConfigError,
+    InputError,
+    UnmodeledError,
+    UnmodeledWarning,
+)
 
 __all__ = ["app", "main"]
 
@@ -33,6 +40,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
+P = ParamSpec("P")
 _errors = Console(stderr=True, highlight=False)
 
 ConfigFile = Annotated[
@@ -48,7 +56,22 @@ Settings = Annotated[
 ]
 
 
+def _stoppable(command: Callable[P, None]) -> Callable[P, None]:
+    """Answer Ctrl-C with one sentence; run folders appear whole or not at all."""
+
+    @functools.wraps(command)
+    def run(*args: P.args, **kwargs: P.kwargs) -> None:
+        try:
+            command(*args, **kwargs)
+        except KeyboardInterrupt:
+            _errors.print("stopped; no result was written", markup=False)
+            raise SystemExit(130) from None
+
+    return run
+
+
 @app.command()
+@_stoppable
 def characterize(
     config: ConfigFile,
     out: Annotated[
@@ -154,16 +177,20 @@ def version() -> None:
 
 def main() -> None:
     """Run the command line: exit code 2 and one sentence for bad input, never a traceback."""
+    warnings.showwarning = _show_warning
     try:
         app()
     except UnmodeledError as error:
         _errors.print(f"error: {error}", style="bold red", markup=False, soft_wrap=True)
         sys.exit(error.exit_code)
-    except KeyboardInterrupt:
-        _errors.print("stopped; no result was written", markup=False)
-        sys.exit(130)
     except BrokenPipeError:
         sys.exit(0)
+
+
+def _show_warning(message: Warning | str, category: type[Warning], *_: Any, **__: Any) -> None:
+    """Print our own warnings as a sentence; those of libraries with their category."""
+    kind = "warning" if issubclass(category, UnmodeledWarning) else category.__name__
+    _errors.print(f"{kind}: {message}", markup=False, soft_wrap=True)
 
 
 def _resolve(

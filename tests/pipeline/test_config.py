@@ -109,11 +109,11 @@ def test_every_learner_can_be_configured_by_its_name(kind):
         ),
         (
             {"learners": [{"kind": "exact_gp", "epoch": 3}]},
-            'learner exact_gp: unknown key "epoch", did you mean "epochs"?',
+            'a.yaml: learner exact_gp: unknown key "epoch", did you mean "epochs"?',
         ),
         (
             {"learners": [{"kind": "exact_gp", "baselin": "none"}]},
-            'learner exact_gp: unknown key "baselin", did you mean "baseline"?',
+            'a.yaml: learner exact_gp: unknown key "baselin", did you mean "baseline"?',
         ),
         (
             {"data": {"orbit": {"semi_major_axis": 2, "eccentricity": 1, "inclination": 0}}},
@@ -137,7 +137,7 @@ def test_every_learner_can_be_configured_by_its_name(kind):
         ),
         (
             {"data": {"ranges": {"eccentricty": [0, 0.5]}}},
-            'unknown orbital element "eccentricty". Did you mean "eccentricity"?',
+            'a.yaml: unknown orbital element "eccentricty". Did you mean "eccentricity"?',
         ),
         (
             {"data": {"ranges": {"node": [0, math.inf]}}},
@@ -145,7 +145,7 @@ def test_every_learner_can_be_configured_by_its_name(kind):
         ),
         (
             {"data": {"extrapolation_trajectory": "b.csv"}},
-            "data.extrapolation_trajectory is b.csv and data.trajectory is simulated. "
+            "a.yaml: data.extrapolation_trajectory is b.csv and data.trajectory is simulated. "
             "Give the file of the training orbit as data.trajectory too.",
         ),
         (
@@ -159,25 +159,25 @@ def test_every_learner_can_be_configured_by_its_name(kind):
         ),
         (
             {"learners": ["exact_gp"]},
-            "a learner is given as 'exact_gp'. Allowed: a mapping, e.g. {kind: exact_gp}.",
+            "a.yaml: a learner is given as 'exact_gp'. Allowed: a mapping, e.g. {kind: exact_gp}.",
         ),
-        ({"learners": [{}]}, "a learner without kind. Add e.g. kind: exact_gp."),
+        ({"learners": [{}]}, "a.yaml: a learner without kind. Add e.g. kind: exact_gp."),
         (
             {"learners": [{"kind": "exct_gp"}]},
-            'unknown learner "exct_gp". Did you mean "exact_gp"?',
+            'a.yaml: unknown learner "exct_gp". Did you mean "exact_gp"?',
         ),
         (
             {"learners": [{"kind": "residual"}]},
-            'learner "residual" is chosen by its baseline. '
+            'a.yaml: learner "residual" is chosen by its baseline. '
             "Write the kind of what learns the residual, with baseline: point_mass.",
         ),
         (
             {"learners": [{"kind": "exact_gp", "params": 3}]},
-            "params of a learner is 3. Allowed: a mapping, e.g. {epochs: 200}.",
+            "a.yaml: params of a learner is 3. Allowed: a mapping, e.g. {epochs: 200}.",
         ),
         (
             {"learners": [MASS | {"baseline": "point_mass"}]},
-            'learner "point_mass" with baseline "point_mass". '
+            'a.yaml: learner "point_mass" with baseline "point_mass". '
             "Allowed: none; it contains the mass itself.",
         ),
         (
@@ -186,11 +186,12 @@ def test_every_learner_can_be_configured_by_its_name(kind):
         ),
         (
             {"learners": [{"kind": "harmonic_least_squares", "ridge": math.inf}]},
-            "learner harmonic_least_squares: ridge is inf: input should be a finite number.",
+            "a.yaml: learner harmonic_least_squares: ridge is inf: "
+            "input should be a finite number.",
         ),
         (
             {"learners": [MASS, MASS]},
-            'two learners are called "point mass". Give each its own label.',
+            'a.yaml: two learners are called "point mass". Give each its own label.',
         ),
         (
             {"name": "a/b"},

@@ -79,7 +79,7 @@ def state_from_elements(elements: npt.ArrayLike, gm: float) -> Array:
     return states
 
 
-def osculating_period(states: npt.ArrayLike, gm: float) -> float:
+def osculating_period(states: npt.ArrayLike, gm: float, label: str = "the orbit") -> float:
     """Return the Keplerian period of the median orbital energy of some states (n, 6).
 
     Raises
@@ -93,7 +93,7 @@ def osculating_period(states: npt.ArrayLike, gm: float) -> float:
     )
     if energy >= 0:
         raise OrbitError(
-            f"the orbit is not bound (median specific energy {energy:.4g})",
+            f"{label} is not bound (median specific energy {energy:.4g})",
             allowed="a closed orbit about the body",
             do="check the body, the units and that velocities are relative to inertial axes",
         )

@@ -1,4 +1,7 @@
-"""Cut a measured trajectory into training revolutions and later ones."""
+"""Cut a measured trajectory into training revolutions and later ones.
+
+The period is the Kepler period of the first sample, as for a simulated orbit ([Neamati2022] Eq. 1).
+"""
 
 from __future__ import annotations
 
@@ -46,7 +49,7 @@ def first_revolutions(
     OrbitError
         If the orbit is not bound.
     """
-    period = osculating_period(trajectory.states, gm)
+    period = osculating_period(trajectory.states[:1], gm, trajectory.source)
     elapsed = trajectory.times - trajectory.times[0]
     slack = float(np.median(np.diff(trajectory.times)))
     if periods is not None and periods * period > elapsed[-1] + slack:
@@ -99,7 +102,7 @@ def split_revolutions(
     OrbitError
         If the orbit is not bound.
     """
-    period = osculating_period(trajectory.states, gm)
+    period = osculating_period(trajectory.states[:1], gm, trajectory.source)
     start, end = trajectory.times[0], trajectory.times[-1]
     available = (end - start) / period
     for name, value in (("train", train_periods), ("extrapolation", extrapolation_periods)):

@@ -201,7 +201,7 @@ class CharacterizationConfig(Section):
     """
 
     name: Annotated[str, Field(min_length=1, pattern=r"^[A-Za-z0-9._-]+$")] = "characterization"
-    seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
+    seed: Annotated[int, Field(ge=0, lt=2**63, strict=True)] = 1
     body: str = "bennu"
     data: DataConfig = DataConfig()
     noise: NoiseConfig = NoiseConfig()
@@ -227,6 +227,8 @@ class CharacterizationConfig(Section):
             return cls.model_validate(content)
         except ValidationError as exc:
             raise translate(exc, cls, source) from exc
+        except ConfigError as exc:
+            raise ConfigError(f"{source}: {exc.found}", allowed=exc.allowed, do=exc.do) from exc
 
     def as_dict(self) -> dict[str, Any]:
         """Return plain data for YAML and JSON; `resolve` gives the same configuration back."""

@@ -65,7 +65,7 @@ class Dynamics:
     --------
     >>> from unmodeled.models.physics import Dynamics, PointMass
     >>> Dynamics([PointMass()], {"GM": 4.0}).acceleration([[2.0, 0.0, 0.0]])
-    array([[-1.,  0.,  0.]])
+    array([[-1., -0., -0.]])
     """
 
     def __init__(
