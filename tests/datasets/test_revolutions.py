@@ -106,5 +106,5 @@ def test_unbound():
     t = circle(1)
     fast = Trajectory(t.times, t.positions, 2 * t.velocities, source="a.csv")
     for call in (split_revolutions, first_revolutions):
-        with pytest.raises(OrbitError, match="a.csv is not bound"):
+        with pytest.raises(OrbitError, match=r"a\.csv is not bound"):
             call(fast, GM)
