@@ -184,7 +184,27 @@ def test_few_orbits_are_said(result, measured):
     assert "2 other orbits over 2 periods" in text
     assert "one training orbit and 2 others these numbers describe these orbits" in text
     assert "later revolutions of the same orbit" in " ".join(summary_words(measured))
-    assert "other orbit" not in " ".join(summary_words(measured))
+    words = " ".join(summary_words(measured))
+    assert "orbits that were drawn" not in words
+    assert "a mild test of robustness. Give an arc of another orbit as data.extrap" in words
+
+
+def test_of_measured_data_nobody_knows_the_family():
+    oracle = replace(learner(1e-6, 1e-6, 1e-6), kind="zonal_oracle")
+    assert "a bound, not a candidate" in learner_sentence(oracle, POINT_MASS)
+    words = learner_sentence(oracle, POINT_MASS, simulated=False)
+    assert "a bound, not a candidate" not in words
+
+
+def test_the_error_of_smoothed_accelerations_is_said(measured):
+    orbit = measured.data.orbits[0]
+    assert "differences below that mean nothing" not in " ".join(summary_words(measured))
+    sizes = np.linalg.norm(measured.data.train.accelerations, axis=1)
+    sigma = 0.25 * float(np.median(sizes)) * measured.data.units.acceleration
+    rough = replace(orbit, acceleration_sigma=sigma)
+    data = replace(measured.data, orbits=(rough, *measured.data.orbits[1:]))
+    words = " ".join(summary_words(replace(measured, data=data)))
+    assert "m/s² (one sigma), 0.25 of the acceleration: differences below that" in words
 
 
 def test_overview_counts_what_to_avoid(result):

@@ -87,8 +87,7 @@ def _flight(result: CharacterizationResult) -> tuple[str, str]:
         "Position error against time for flights with each learned model",
         "Distance between the orbit flown with each learned model from the true initial state and "
         f"the true orbit, over {longest:g} Kepler period{'s' if longest != 1 else ''}. A cross "
-        "marks a flight that ended early (impact, escape, or a field that is not finite). "
-        + end,
+        "marks a flight that ended early (impact, escape, or a field that is not finite). " + end,
     )
 
 

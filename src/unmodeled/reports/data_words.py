@@ -53,7 +53,21 @@ def data_sentences(result: CharacterizationResult) -> list[str]:
         f"{len(data.interpolation)} held-out samples of it (interpolation) and on "
         f"{len(data.extrapolation)} samples of {orbits} (extrapolation)."
     ]
-    if count < _FEW_ORBITS:
+    sigma = data.orbits[0].acceleration_sigma
+    if sigma > 0:
+        size = _median_acceleration(result)
+        sentences.append(
+            "The accelerations come from the tabulated states; their error is about "
+            f"{number(sigma)} m/s² (one sigma), {number(sigma / size)} of the acceleration: "
+            "differences below that mean nothing."
+        )
+    if _later(result):
+        sentences.append(
+            "Later revolutions of the same orbit stay near the training orbit: a mild test of "
+            "robustness. Give an arc of another orbit as data.extrapolation_trajectory for a "
+            "hard one."
+        )
+    elif count < _FEW_ORBITS:
         sentences.append(
             "Robustness depends on the orbits that were drawn; "
             f"with one training orbit and {count} other{'s' if count > 1 else ''} "
@@ -71,7 +85,6 @@ def noise_sentence(result: CharacterizationResult) -> str:
     if noise.state == 0 and noise.acceleration == 0:
         return f"No noise was added. Errors are counted from {truth}."
     radius = float(np.median(np.linalg.norm(data.train.positions, axis=1)))
-    size = float(np.median(np.linalg.norm(data.train.accelerations, axis=1)))
     parts = []
     if noise.state > 0:
         parts.append(
@@ -79,11 +92,18 @@ def noise_sentence(result: CharacterizationResult) -> str:
             f"({number(100 * noise.state / radius)} % of the median radius)"
         )
     if noise.acceleration > 0:
+        sigma = noise.acceleration * data.units.acceleration
         parts.append(
-            f"{number(noise.acceleration * data.units.acceleration)} m/s² in acceleration "
-            f"({number(100 * noise.acceleration / size)} % of the median acceleration)"
+            f"{number(sigma)} m/s² in acceleration "
+            f"({number(100 * sigma / _median_acceleration(result))} % of the median acceleration)"
         )
     return f"Noise on each axis, one sigma: {' and '.join(parts)}, {noise.draws} draws.{end}"
+
+
+def _median_acceleration(result: CharacterizationResult) -> float:
+    """Median size of the training accelerations, m/s2."""
+    sizes = np.linalg.norm(result.data.train.accelerations, axis=1)
+    return float(np.median(sizes)) * result.data.units.acceleration
 
 
 def _later(result: CharacterizationResult) -> bool:

@@ -82,7 +82,9 @@ def write_report(result: CharacterizationResult, folder: Path) -> Path:
         findings=[
             {
                 "label": r.label,
-                "text": learner_sentence(r, reference, where).removeprefix(r.label),
+                "text": learner_sentence(
+                    r, reference, where, simulated=result.config.data.simulated
+                ).removeprefix(r.label),
                 "unfit": bool(r.failure) or verdict(r.summaries, reference).unfit,
             }
             for r in ranked(result)

@@ -102,7 +102,11 @@ def verdict(summaries: dict[str, ErrorSummary], point_mass: dict[str, ErrorSumma
 
 
 def learner_sentence(
-    learner: LearnerResult, point_mass: dict[str, ErrorSummary], where: str = "on other orbits"
+    learner: LearnerResult,
+    point_mass: dict[str, ErrorSummary],
+    where: str = "on other orbits",
+    *,
+    simulated: bool = True,
 ) -> str:
     """Return what was found of one learner.
 
@@ -114,6 +118,8 @@ def learner_sentence(
         Errors of the bare point mass on the same sets.
     where : str
         What extrapolation is: "on other orbits", "on another orbit" or "on later revolutions".
+    simulated : bool
+        True if the truth is simulated; of measured data nobody knows the family.
     """
     if learner.failure:
         return f"{learner.label}: the fit failed ({learner.failure.rstrip('.')}); nothing to judge."
@@ -125,7 +131,7 @@ def learner_sentence(
             f"training orbit, {outside} {where}."
         )
     v = verdict(s, point_mass)
-    known = _YARDSTICKS.get(learner.kind, "")
+    known = _YARDSTICKS.get(learner.kind, "") if simulated else ""
     role = f" ({known}: a bound, not a candidate)" if known else ""
     only = "only " if v.robustness == "moderately robust" else ""
     joint = ("and" if (v.safety == "safe") == (v.robustness == "robust") else "but") + f" {only}"
@@ -216,7 +222,8 @@ def _calibrated(c: Calibration, count: int) -> str:
 def overview(result: CharacterizationResult) -> str:
     """Return the answer in one or two sentences: the most robust learner, and how many to avoid."""
     point_mass = point_mass_summaries(result.data)
-    candidates = [r for r in result.learners if r.summaries and r.kind not in _YARDSTICKS]
+    yardsticks = _YARDSTICKS if result.config.data.simulated else {"point_mass"}
+    candidates = [r for r in result.learners if r.summaries and r.kind not in yardsticks]
     where = elsewhere(result)
     if not candidates:
         return "No learner was fitted that could be judged against the yardsticks."
@@ -259,7 +266,10 @@ def summary_words(result: CharacterizationResult) -> list[str]:
     counts = {s.name: len(s) for s in result.data.sets}
     return [
         overview(result),
-        *(learner_sentence(r, point_mass, where) for r in ranked(result)),
+        *(
+            learner_sentence(r, point_mass, where, simulated=result.config.data.simulated)
+            for r in ranked(result)
+        ),
         *(
             calibration_sentence(r.label, r.calibrations, counts)
             for r in ranked(result)
