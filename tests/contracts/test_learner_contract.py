@@ -1,8 +1,10 @@
 """What every learner must do; the learners are listed in `learner_factories`."""
 
+import errno
 import inspect
 import json
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -240,3 +242,12 @@ def test_unknown_name_suggests_the_nearest(key):
     name = LEARNER_FACTORIES[key].make().name
     with pytest.raises(ConfigError, match=f'Did you mean "{name}"'):
         learner_class(name[:-1])
+
+
+def test_a_full_disk_is_the_systems_own_error(key):
+    """The command line turns it into one sentence; a library's wrapper would hide the cause."""
+    if not Path("/dev/full").exists():
+        pytest.skip("this system has no /dev/full to write to")
+    with pytest.raises(OSError, match="No space left on device") as caught:
+        fitted(key).save("/dev/full")
+    assert caught.value.errno == errno.ENOSPC

@@ -17,7 +17,7 @@ from typing import Any, ClassVar, Self, TypeAlias
 
 import numpy as np
 from safetensors import SafetensorError, safe_open
-from safetensors.numpy import save_file
+from safetensors.numpy import save
 
 from unmodeled.core.arrays import Array, as_array
 from unmodeled.core.errors import ConfigError, DataError, InputError, nearest
@@ -185,7 +185,9 @@ class Learner(ABC):
             "context": context or {},
         }
         arrays = {k: np.ascontiguousarray(v) for k, v in self._arrays().items()}
-        save_file(arrays, str(path), metadata={"unmodeled": json.dumps(header, sort_keys=True)})
+        # As bytes, so that a full or closed disk is the system's own error.
+        content = save(arrays, metadata={"unmodeled": json.dumps(header, sort_keys=True)})
+        Path(path).write_bytes(content)
 
     @classmethod
     def load(cls, path: Path | str) -> Self:
