@@ -10,6 +10,7 @@ import numpy as np
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import NumericalError
 from unmodeled.core.provenance import collect_provenance
+from unmodeled.core.threads import one_thread
 from unmodeled.datasets.bodies import load_body
 from unmodeled.datasets.learning_data import LearningData
 from unmodeled.datasets.simulation import gravity_of
@@ -34,7 +35,7 @@ def characterize(
     folders: Sequence[Path] = (),
     report: Report | None = None,
 ) -> CharacterizationResult:
-    """Run one characterisation.
+    """Run one characterisation, on one thread: the numbers depend on the configuration only.
 
     Parameters
     ----------
@@ -55,7 +56,13 @@ def characterize(
     InputError
         On bad input.
     """
-    tell = report or (lambda text, share: None)
+    with one_thread():
+        return _characterize(config, folders, report or (lambda text, share: None))
+
+
+def _characterize(
+    config: CharacterizationConfig, folders: Sequence[Path], tell: Report
+) -> CharacterizationResult:
     tell("making the data", 0.0)
     data = prepare(config, folders)
     count = len(config.learners)
