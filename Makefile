@@ -36,6 +36,7 @@ docs: $(DOCS_STAMP)
 	@echo "docs/_build/html/index.html"
 
 bench: $(DEV_STAMP)
+	$(BIN)/python benchmarks/collision_screening.py
 	$(BIN)/python benchmarks/robustness_pairs.py
 
 $(BIN)/python:

@@ -12,6 +12,7 @@ from unmodeled.core.arrays import Array
 from unmodeled.core.errors import ConfigError
 from unmodeled.core.units import NORMALISED_GM
 from unmodeled.models.learned.learner import Learner, NoiseLevel, Progress
+from unmodeled.models.learned.point_mass import PointMassOnly
 from unmodeled.models.physics import Dynamics, SphericalHarmonics, coefficient_names
 
 __all__ = ["FittedPointMass", "HarmonicLeastSquares", "ZonalOracle"]
@@ -28,6 +29,11 @@ class HarmonicLeastSquares(Learner):
     :math:`1/n^2`, [Kaula1966] Eq. 5.52) on degrees 2 and higher; mass and centre of mass
     (degrees 0 and 1) are free. The ridge :math:`\rho` minimises generalised cross-validation
     ([Golub1979] Eq. 1.4) unless given. The design matrix comes from the physics package.
+
+    Where the noise of the positions is known, each sample is weighted by the inverse of
+    :math:`\sigma_a^2 I + \sigma_s^2 G G^T`, G the gravity gradient of the reference point mass at
+    the observed position: near the body a position error spoils the acceleration most. Without
+    position noise all samples count the same.
 
     Parameters
     ----------
@@ -86,13 +92,24 @@ class HarmonicLeastSquares(Learner):
     def _fit(self, X: Array, y: Array, noise: NoiseLevel, progress: Progress) -> None:
         if self.ridge is not None and not (math.isfinite(self.ridge) and self.ridge >= 0):
             raise ConfigError(f"ridge is {self.ridge}", allowed="a number >= 0")
-        H, target = self._design(X), y.ravel()
+        H, target = self._whiten(X, noise, self._design(X), y.ravel())
         progress(0.5)
         degree = np.array([int(name.split("_")[1]) for name in self.coefficient_names()])
         size = np.where(degree < 2, np.inf, 1.0 / np.maximum(degree, 1) ** 2)
         self.ridge_, self.coefficients_ = _ridge_fit(H, target, size, self.ridge)
         self._fitted_field = self._field(self._values())
         progress(1.0)
+
+    def _whiten(self, X: Array, noise: NoiseLevel, H: Array, target: Array) -> tuple[Array, Array]:
+        """Scale the equations of each sample so that their noise is equal and uncorrelated."""
+        if noise.position == 0:
+            return H, target
+        G = PointMassOnly(self.gm)._jacobian(X)
+        covariance = noise.acceleration**2 * np.eye(3) + noise.position**2 * G @ G.mT
+        root = np.linalg.cholesky(covariance)
+        equations = np.concatenate([H, target[:, None]], axis=1).reshape(len(X), 3, -1)
+        white = np.linalg.solve(root, equations).reshape(3 * len(X), -1)
+        return np.ascontiguousarray(white[:, :-1]), white[:, -1]
 
     def _values(self) -> dict[str, float]:
         return dict(
