@@ -82,6 +82,7 @@ def test_json_output(run):
     rows = {(r["learner"], r["set"]): r for r in shown["summary"]}
     assert rows["zonal oracle", "extrapolation"]["median"] < 1e-2
     assert shown["failures"] == {}
+    assert 0 <= shown["flight_floor_m"] < 1e-6
 
 
 def test_own_orbit_replaces_the_simulated_one_with_one_line(run, tmp_path):

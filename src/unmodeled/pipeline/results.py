@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -201,6 +202,7 @@ class CharacterizationResult:
             "summary": rows(self.summary()),
             "flights": rows(self.flights()),
             "calibration": rows(self.calibration()),
+            "flight_floor_m": None if math.isnan(self.flight_floor) else self.flight_floor,
             "costs": rows(self.costs()),
             "failures": {r.label: r.failure for r in self.learners if r.failure},
             "provenance": self.provenance.as_dict(),
