@@ -92,11 +92,13 @@ def simulate(
     if train is None or extrapolation is None:
         raise AssertionError("a simulated orbit has its periods from the volume preset")
     count = data.extrapolation_orbits + (data.orbit is None)
-    drawn = collision_free(dynamics, radius, count, Streams(config.seed), data.ranges)
+    screened = max(SCREENING_PERIODS, train, extrapolation)
+    drawn = collision_free(
+        dynamics, radius, count, Streams(config.seed), data.ranges, periods=screened
+    )
     elements, states = drawn.elements, drawn.states
     if data.orbit is not None:
         own = pd.DataFrame([data.orbit.model_dump()], columns=list(ELEMENT_NAMES))
-        screened = max(SCREENING_PERIODS, train)
         states = np.vstack([require_collision_free(dynamics, own, radius, screened), states])
         elements = pd.concat([own, elements], ignore_index=True)
     orbits = simulate_orbits(
@@ -110,7 +112,7 @@ def simulate(
         rk4_steps_per_period=data.rk4_steps_per_period,
     )
     low = np.flatnonzero(orbits.lowest_radius < radius)
-    if len(low):  # only beyond the screened number of periods
+    if len(low):  # the screening tolerance and RK4 leave room for a graze
         raise DataError(
             f"orbit {int(low[0])} comes down to {orbits.lowest_radius[low[0]]:.1f} m within the "
             f"simulated periods, below the Brillouin sphere ({radius:g} m)",
