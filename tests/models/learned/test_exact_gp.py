@@ -5,6 +5,7 @@ from tests.models.learned.problem import acceleration, fractional_error, orbit, 
 
 from unmodeled.core.errors import ConfigError, NumericalError
 from unmodeled.models.learned import exact_gp
+from unmodeled.models.learned._exact_gp_lbfgs import likelihood_and_gradient
 from unmodeled.models.learned._exact_gp_training import GpytorchModel, exact_algebra, gpytorch
 from unmodeled.models.learned.exact_gp import ExactGP
 from unmodeled.models.learned.learner import NoiseLevel
@@ -185,3 +186,60 @@ def test_hyperparameters_out_of_range(key):
     X, y, _, _ = samples()
     with pytest.raises(ConfigError, match=f"exact_gp: {key} is 0. Allowed: > 0"):
         ExactGP(**{key: 0}).fit(X, y)
+
+
+def test_closed_form_gradient_is_that_of_gpytorch():
+    """Value and gradient at hyperparameters far from the optimum, against autograd."""
+    X, y, _, _ = samples(noise=0.01)
+    model = ExactGP(epochs=1).fit(X, y)
+    x, t = model._scaling.positions(X), model._scaling.targets(y)
+    square = ((x[:, None] - x[None]) ** 2).sum(-1)
+    log_theta = np.log([[0.8, 1.7, 1.1], [2.0, 0.5, 1.0], [1e-3, 3e-3, 1e-2]])
+    ours = [likelihood_and_gradient(log_theta[:, i], square, t[:, i]) for i in range(3)]
+    mean = np.array([m for _, _, m in ours])
+    twin = GpytorchModel(x, t, 1e-8)
+    twin.set_theta(np.vstack([np.exp(log_theta), mean]))
+    twin.train()
+    with exact_algebra():
+        objective = gpytorch.mlls.ExactMarginalLogLikelihood(twin.likelihood, twin)
+        loss = -objective(twin(*twin.train_inputs), twin.train_targets) * len(x)
+        loss.sum().backward()
+    # gpytorch differentiates by its raw parameters: softplus plus the noise floor.
+    raw = [
+        (twin.covar_module.base_kernel.raw_lengthscale, 0.0),
+        (twin.covar_module.raw_outputscale, 0.0),
+        (twin.likelihood.noise_covar.raw_noise, 1e-8),
+    ]
+    for row, (parameter, floor) in enumerate(raw):
+        value = torch.nn.functional.softplus(parameter.detach()) + floor
+        slope = parameter.grad / torch.sigmoid(parameter.detach()) * value
+        theirs = slope.numpy().reshape(3)
+        np.testing.assert_allclose([g[row] for _, g, _ in ours], theirs, rtol=1e-7)
+    np.testing.assert_allclose([v for v, _, _ in ours], loss.detach().numpy(), rtol=1e-10)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.1])
+def test_lbfgs_ends_at_least_as_likely_as_adam(noise):
+    X, y, held, truth = samples(noise=noise)
+    adam, lbfgs = (ExactGP(optimizer=name).fit(X, y) for name in ("adam", "lbfgs"))
+    assert np.all(lbfgs.nll_ <= adam.nll_ + 1e-3)
+    ours, theirs = (fractional_error(m.predict(held), truth) for m in (lbfgs, adam))
+    assert ours < 2 * theirs
+
+
+def test_the_mean_of_lbfgs_is_optimal():
+    X, y, _, _ = samples(noise=0.05)
+    model = ExactGP(optimizer="lbfgs").fit(X, y)
+    best = model.nll_.copy()
+    t = model._scaling.targets(y)
+    for shift in (-1e-2, 1e-2):
+        model._theta[3] += shift
+        model._condition(t)
+        assert np.all(model.nll_ > best)
+        model._theta[3] -= shift
+
+
+def test_unknown_optimizer():
+    X, y, _, _ = samples()
+    with pytest.raises(ConfigError, match=r'optimizer is "sgd"\. Allowed: adam, lbfgs'):
+        ExactGP(optimizer="sgd").fit(X, y)

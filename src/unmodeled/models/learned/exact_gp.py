@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 import numpy as np
 from scipy.linalg import LinAlgError, cholesky, solve_triangular
@@ -11,6 +11,7 @@ from scipy.linalg.lapack import dpocon
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import ConfigError, NumericalError
+from unmodeled.models.learned._exact_gp_lbfgs import maximise
 from unmodeled.models.learned._exact_gp_training import JITTERS, best_start, train
 from unmodeled.models.learned.learner import Learner, NoiseLevel, Progress
 from unmodeled.models.learned.scaling import Standardiser
@@ -43,6 +44,10 @@ class ExactGP(Learner):
         Of Adam, on gpytorch's raw (softplus) hyperparameters.
     noise_floor : float
         Least noise variance, as a share of the mean variance of the accelerations.
+    optimizer : {"adam", "lbfgs"}
+        ``adam`` is the paper's, in gpytorch, with a fixed number of epochs. ``lbfgs`` goes to the
+        optimum in numpy with closed-form gradients, in ``epochs`` steps at most; several times
+        faster and at least as likely.
 
     Attributes
     ----------
@@ -69,21 +74,33 @@ class ExactGP(Learner):
     noise_std_: Array
 
     def __init__(
-        self, epochs: int = 100, learning_rate: float = 0.1, noise_floor: float = 1e-8
+        self,
+        epochs: int = 100,
+        learning_rate: float = 0.1,
+        noise_floor: float = 1e-8,
+        optimizer: Literal["adam", "lbfgs"] = "adam",
     ) -> None:
         self.epochs = epochs
         self.learning_rate = learning_rate
         self.noise_floor = noise_floor
+        self.optimizer = optimizer
 
     def _fit(self, X: Array, y: Array, noise: NoiseLevel, progress: Progress) -> None:
         for key in ("epochs", "learning_rate", "noise_floor"):
             if not getattr(self, key) > 0:
                 raise ConfigError(f"{self.name}: {key} is {getattr(self, key)}", allowed="> 0")
+        if self.optimizer not in ("adam", "lbfgs"):
+            raise ConfigError(
+                f'{self.name}: optimizer is "{self.optimizer}"', allowed="adam, lbfgs"
+            )
         scaling = Standardiser.of(X, y)
         x, t = scaling.positions(X), scaling.targets(y)
         known = (noise.acceleration / scaling.y_scale) ** 2
         start = best_start(x, t, self.noise_floor, known)
-        theta = train(x, t, start, self.noise_floor, self.epochs, self.learning_rate, progress)
+        if self.optimizer == "lbfgs":
+            theta = maximise(x, t, start, self.noise_floor, self.epochs, progress)
+        else:
+            theta = train(x, t, start, self.noise_floor, self.epochs, self.learning_rate, progress)
         self._set_state(scaling, x, theta)
         self._condition(t)
 
@@ -161,8 +178,9 @@ class ExactGP(Learner):
         kernel = self._kernel(x)
         for i in range(3):
             half = solve_triangular(self._factors[i], kernel[:, i].T, lower=True)
-            # Rounding can push the difference below zero right at a sample.
-            variance = np.maximum(self._theta[1, i] - (half**2).sum(axis=0), 0.0)
+            # Right at a sample the difference is lost in the rounding of the signal variance.
+            signal = float(self._theta[1, i])
+            variance = np.maximum(signal - (half**2).sum(axis=0), np.finfo(float).eps * signal)
             covariance[:, i, i] = variance * self._scaling.y_scale**2
         return covariance
 
