@@ -45,7 +45,8 @@ def main() -> None:
                 for s in data.sets
             ]
             print(
-                f"seed {seed:2d}, {len(data.train)} samples, {optimizer:5s}: {meter.seconds:7.2f} s, "
+                f"seed {seed:2d}, {len(data.train)} samples, {optimizer:5s}: "
+                f"{meter.seconds:7.2f} s, "
                 f"{meter.peak_bytes / 1e6:6.0f} MB, negative log likelihood "
                 f"{learner.nll_.sum():10.1f}, medians " + ", ".join(f"{e:.1e}" for e in errors),
                 flush=True,

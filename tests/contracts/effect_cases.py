@@ -7,7 +7,23 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from unmodeled.models.physics import Effect, PointMass, SphericalHarmonics, Zonal
+from unmodeled.models.physics import (
+    ConstantInertial,
+    ConstantRTN,
+    ContinuousThrust,
+    Effect,
+    ExponentialDrag,
+    ImpulsiveManoeuvre,
+    LenseThirring,
+    Mascon,
+    NonGravitationalA123,
+    OncePerRevolutionRTN,
+    PointMass,
+    PowerLawGravity,
+    Schwarzschild,
+    SphericalHarmonics,
+    Zonal,
+)
 from unmodeled.models.physics.spherical_harmonics import coefficient_names
 
 SPIN = {"spin_rate": 0.7, "prime_meridian": 0.4}
@@ -19,6 +35,8 @@ class EffectCase:
 
     effect: Effect
     values: Mapping[str, float] = field(default_factory=dict)
+    #: the velocity or the time matters: states are asked for, bare positions refused
+    needs_states: bool = False
     #: acceleration = grad U, U independent of velocity
     potential: bool = True
     #: Laplace's equation holds outside the body
@@ -55,6 +73,30 @@ def spinning(degree):
     return EffectCase(SphericalHarmonics(degree), coefficients(degree) | SPIN, spinning=True)
 
 
+def central(effect, values, **claims):
+    """A potential, but not Laplace's equation."""
+    return EffectCase(effect, values, harmonic=False, **claims)
+
+
+def moving(effect, values, **claims):
+    """An effect of velocity or time, without a potential."""
+    return EffectCase(effect, values, needs_states=True, potential=False, harmonic=False, **claims)
+
+
+RELATIVITY = {"GM": 1.3, "c": 3.0}
+AIR = {"drag_B": 0.6, "drag_rho0": 0.4, "drag_r0": 1.1, "drag_H": 1.3, "drag_omega": 0.2}
+MASCON = {"mascon1_GM": 0.15, "mascon1_x": 0.3, "mascon1_y": -0.2, "mascon1_z": 0.1}
+PUSH = {"manoeuvre1_t0": 0.5, "manoeuvre1_width": 0.6}
+THRUST = {"thrust_t_on": 0.2, "thrust_t_off": 1.4, "thrust_width": 0.5}
+SIX = (0.3, -0.2, 0.1, 0.4, -0.5, 0.6)
+
+
+def named(prefix, keys, **more):
+    return {f"{prefix}{k}": a for k, a in zip(keys, SIX, strict=False)} | more
+
+
+ONCE = [f"{wave}_{axis}" for axis in "RTN" for wave in ("cos", "sin")]
+
 EFFECT_CASES: dict[str, EffectCase] = {
     "point mass": EffectCase(PointMass(), {"GM": 1.3}, axisymmetric=True),
     "zonal 2": EffectCase(Zonal((2,)), zonals(2), axisymmetric=True),
@@ -69,4 +111,44 @@ EFFECT_CASES: dict[str, EffectCase] = {
     "harmonics 5, order 0": full(5, 0, axisymmetric=True),
     "harmonics 6, order 2, from degree 3": full(6, 2, 3),
     "harmonics 3, spinning": spinning(3),
+    "constant inertial": EffectCase(
+        ConstantInertial(), {"inertial_a_x": 2e-3, "inertial_a_y": -3e-3, "inertial_a_z": 1e-3}
+    ),
+    "constant RTN": moving(ConstantRTN(), named("rtn_a_", "RTN"), axisymmetric=True),
+    "drag": moving(ExponentialDrag(), AIR, axisymmetric=True),
+    "Lense-Thirring": moving(
+        LenseThirring(),
+        RELATIVITY | {"lense_thirring_scale": 0.9, "lense_thirring_J": 1.7},
+        axisymmetric=True,
+    ),
+    "manoeuvre": moving(
+        ImpulsiveManoeuvre(), PUSH | named("manoeuvre1_dv_", "RTN"), axisymmetric=True
+    ),
+    "manoeuvre, inertial": moving(
+        ImpulsiveManoeuvre(frame="inertial"), PUSH | named("manoeuvre1_dv_", "xyz")
+    ),
+    "mascon": EffectCase(Mascon(), MASCON),
+    "mascon, spinning": EffectCase(Mascon(), MASCON | SPIN, spinning=True),
+    "non-gravitational": moving(
+        NonGravitationalA123(), named("A", "123", nongrav_r0=1.2), axisymmetric=True
+    ),
+    "non-gravitational, 2.7": moving(
+        NonGravitationalA123(2.7), named("A", "123", nongrav_r0=1.2), axisymmetric=True
+    ),
+    "once per revolution": moving(OncePerRevolutionRTN(), named("opr_", ONCE)),
+    "once per revolution, retrograde": moving(
+        OncePerRevolutionRTN(retrograde=True), named("opr_", ONCE)
+    ),
+    "power law": central(
+        PowerLawGravity(),
+        {"GM": 1.3, "power_law_delta": 0.1, "power_law_r0": 1.4},
+        axisymmetric=True,
+    ),
+    "Schwarzschild": moving(
+        Schwarzschild(), RELATIVITY | {"schwarzschild_scale": 0.8}, axisymmetric=True
+    ),
+    "thrust": moving(ContinuousThrust(), THRUST | {"thrust_a_V": -0.3}, axisymmetric=True),
+    "thrust, RTN": moving(
+        ContinuousThrust("rtn"), THRUST | named("thrust_a_", "RTN"), axisymmetric=True
+    ),
 }

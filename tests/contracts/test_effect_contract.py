@@ -47,6 +47,11 @@ def states(n=20):
     return np.hstack([x, np.random.default_rng(12).normal(size=x.shape)])
 
 
+def where(key, n=20):
+    """The least that the effect asks for: positions, or states."""
+    return states(n) if EFFECT_CASES[key].needs_states else points(n)
+
+
 def dynamics(key, with_mass=False):
     case = EFFECT_CASES[key]
     effects, values = [case.effect], dict(case.values)
@@ -72,19 +77,19 @@ def slope(function, steps):
 @CASES
 def test_shape_and_finiteness(key):
     model = dynamics(key)
-    for where in (points(), states()):
-        n = len(where)
-        a, partials = model.acceleration(where, TIME), model.state_partials(where, TIME)
+    for x in (where(key), states()):
+        n = len(x)
+        a, partials = model.acceleration(x, TIME), model.state_partials(x, TIME)
         assert a.shape == (n, 3)
         assert partials.shape == (n, 3, 6)
         assert np.isfinite(a).all()
         assert np.isfinite(partials).all()
         names = [p.name for p in model.parameters]
-        by_parameter = model.parameter_partials(where, names, TIME)
+        by_parameter = model.parameter_partials(x, names, TIME)
         assert by_parameter.shape == (n, 3, len(names))
         assert np.isfinite(by_parameter).all()
-    assert model.acceleration(np.empty((0, 3))).shape == (0, 3)
-    assert model.parameter_partials(points(), []).shape == (len(points()), 3, 0)
+    assert model.acceleration(where(key)[:0]).shape == (0, 3)
+    assert model.parameter_partials(where(key), []).shape == (len(where(key)), 3, 0)
 
 
 @CASES
@@ -100,7 +105,13 @@ def test_one_point_at_a_time(key):
 @CASES
 def test_position_only_is_true(key):
     model, x = dynamics(key), states()
-    assert EFFECT_CASES[key].effect.position_only
+    assert EFFECT_CASES[key].effect.position_only is not EFFECT_CASES[key].needs_states
+    if EFFECT_CASES[key].needs_states:
+        with pytest.raises(
+            DataError, match=r"^states has shape \(28, 3\)\. Allowed: shape \(n, 6\)"
+        ):
+            model.acceleration(x[:, :3], TIME)
+        return
     assert np.array_equal(model.acceleration(x, TIME), model.acceleration(x[:, :3], TIME))
     assert not model.state_partials(x, TIME)[:, :, 3:].any()
 
@@ -117,7 +128,7 @@ def test_state_partials(key):
 
 @CASES
 def test_parameter_partials(key):
-    model, x = dynamics(key), points()
+    model, x = dynamics(key), where(key)
     names = [p.name for p in model.parameters]
     partials = model.parameter_partials(x, names, TIME)
     for k, name in enumerate(names):
@@ -158,12 +169,13 @@ def test_laplace(key):
 
 @AXISYMMETRIC
 def test_turning_about_z_changes_nothing(key):
-    model, x = dynamics(key), points()
+    model, x = dynamics(key), states()
     c, s = math.cos(1.234), math.sin(1.234)
     turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
     a = model.acceleration(x)
     bound = 50 * EPS * np.abs(a).max()
-    np.testing.assert_allclose(model.acceleration(x @ turn.T), a @ turn.T, rtol=0, atol=bound)
+    turned = np.hstack([x[:, :3] @ turn.T, x[:, 3:] @ turn.T])
+    np.testing.assert_allclose(model.acceleration(turned), a @ turn.T, rtol=0, atol=bound)
 
 
 @CONSERVATIVE
@@ -200,23 +212,23 @@ def test_parameters_are_described_and_bounded(key):
 
 @CASES
 def test_unknown_parameter(key):
-    model = dynamics(key)
+    model = dynamics(key, with_mass=True)  # which brings GM to those that have none
     for call in (
         lambda: model.with_values({"gm": 1.0}),
-        lambda: model.parameter_partials(points(), ["gm"]),
+        lambda: model.parameter_partials(states(), ["gm"]),
         lambda: model.propagate_variational(np.ones(6), [0.0, 1.0], ["gm"]),
     ):
         with pytest.raises(ConfigError) as caught:
             call()
         assert str(caught.value) == 'unknown parameter "gm". Did you mean "GM"?'
     with pytest.raises(ConfigError, match=r"^parameters GM, GM\. Allowed: each name once\.$"):
-        model.parameter_partials(points(), ["GM", "GM"])
+        model.parameter_partials(states(), ["GM", "GM"])
 
 
 @CASES
 def test_value_out_of_bounds(key):
     with pytest.raises(ConfigError) as caught:
-        dynamics(key).with_values({"GM": -1.0})
+        dynamics(key, with_mass=True).with_values({"GM": -1.0})
     assert str(caught.value) == "parameter GM = -1.0 m3 s-2. Allowed: 0.0 to inf m3 s-2."
 
 
@@ -240,7 +252,7 @@ def test_effects_are_frozen_values(key):
 
 @CASES
 def test_a_new_value_leaves_the_model_alone_and_compiles_nothing(key):
-    model, x = dynamics(key), states()
+    model, x = dynamics(key, with_mass=True), states()
     names = tuple(p.name for p in model.parameters)
     start, times = [2.4, 0.1, 0.3, 0.05, 0.5, 0.4], [0.0, 0.1]
     caches = [
@@ -260,7 +272,7 @@ def test_a_new_value_leaves_the_model_alone_and_compiles_nothing(key):
                 m.acceleration(x, TIME),
                 m.state_partials(x, TIME).reshape(len(x), -1),
                 m.parameter_partials(x, names[:1], TIME)[:, :, 0],
-                m.potential(x, TIME)[:, None],
+                *([m.potential(x, TIME)[:, None]] if EFFECT_CASES[key].potential else []),
             ]
         )
 
@@ -350,16 +362,17 @@ def test_structures_that_make_no_sense(make, text):
 @CASES
 def test_bad_points_and_times(key):
     model = dynamics(key)
+    what, width = ("states", 6) if EFFECT_CASES[key].needs_states else ("positions", 3)
     for points_, times, text in (
-        ([1.0, 2.0, 3.0], 0.0, "positions has shape (3,). Allowed: shape (n, 3)."),
-        ([[1.0, 2.0]], 0.0, "positions has shape (1, 2). Allowed: shape (n, 3)."),
-        (np.ones((2, 3)), [0.0], "times has shape (1,). Allowed: shape (2,)."),
+        ([1.0, 2.0, 3.0], 0.0, f"{what} has shape (3,). Allowed: shape (n, {width})."),
+        ([[1.0, 2.0]], 0.0, f"{what} has shape (1, 2). Allowed: shape (n, {width})."),
+        (np.ones((2, width)), [0.0], "times has shape (1,). Allowed: shape (2,)."),
     ):
         with pytest.raises(DataError) as caught:
             model.acceleration(points_, times)
         assert str(caught.value) == text
-    with pytest.raises(DataError, match="positions has 1 value"):
-        model.acceleration([[1.0, np.nan, 0.0]])
+    with pytest.raises(DataError, match=f"{what} has 1 value"):
+        model.acceleration([[1.0, np.nan] + [0.0] * (width - 2)])
 
 
 def test_falling_into_the_centre_breaks_down_with_a_reason():

@@ -34,7 +34,7 @@ def test_sp3_files_reach_the_sp3_reader(tmp_path, name):
     ("name", "message"),
     [
         ("a.sp4", r'suffix "\.sp4".*did you mean "\.sp3"'),
-        ("a", r'a has suffix "".*\.csv, \.eph, \.parquet, \.sp3'),
+        ("a", r'a has suffix "".*\.csv, \.eph, \.kvn, \.oem, \.parquet, \.sp3'),
         ("a.csv.gz", r'suffix "\.csv\.gz"'),
         (".csv.gz", "suffix"),
     ],

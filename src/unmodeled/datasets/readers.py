@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from unmodeled.core.errors import ConfigError, DataError, nearest
+from unmodeled.datasets.oem import read_oem
 from unmodeled.datasets.sp3 import read_sp3
 from unmodeled.datasets.tabular import read_csv, read_parquet
 from unmodeled.datasets.trajectory import Trajectory
@@ -20,7 +21,13 @@ READERS: dict[str, Callable[..., Trajectory]] = {
     ".parquet": read_parquet,
     ".sp3": read_sp3,
     ".eph": read_sp3,
+    ".oem": read_oem,
+    ".kvn": read_oem,
+    ".xml": read_oem,
+    ".txt": read_oem,
 }
+# Readers that unpack .gz themselves.
+_UNPACK = (read_sp3, read_oem)
 
 
 def read_trajectory(path: str | Path, **options: Any) -> Trajectory:
@@ -29,9 +36,10 @@ def read_trajectory(path: str | Path, **options: Any) -> Trajectory:
     Parameters
     ----------
     path : str or Path
-        A file ending in .csv, .parquet, .sp3 or .eph (both SP3; also with .gz).
+        A file ending in .csv or .parquet; .sp3 or .eph (both SP3); .oem, .kvn, .xml or .txt (OEM,
+        KVN or XML by content).  SP3 and OEM also with .gz.
     **options
-        Passed to the reader, e.g. ``satellite="L52"`` for SP3 or ``accelerations=False``.
+        Passed to the reader, e.g. ``satellite="L52"`` or ``accelerations=False``.
 
     Returns
     -------
@@ -50,8 +58,8 @@ def read_trajectory(path: str | Path, **options: Any) -> Trajectory:
     packed = suffixes[-1:] == [".gz"]
     suffix = (suffixes[:-1] if packed else suffixes)[-1:] or [""]
     reader = READERS.get(suffix[0])
-    if reader is None or (packed and reader is not read_sp3):
-        known = [*sorted(READERS), ".sp3.gz", ".eph.gz"]
+    if reader is None or (packed and reader not in _UNPACK):
+        known = sorted(READERS) + [f"{s}.gz" for s, r in READERS.items() if r in _UNPACK]
         shown = "".join(suffix) + (".gz" if packed else "")
         raise DataError(
             f'{path.name} has suffix "{shown}"',

@@ -1,15 +1,36 @@
 """Effects written once as symbols; accelerations, orbits and partials are compiled from them."""
 
+from unmodeled.models.physics.continuous_thrust import ContinuousThrust
+from unmodeled.models.physics.drag import ExponentialDrag
 from unmodeled.models.physics.dynamics import Dynamics, VariationalOrbit
 from unmodeled.models.physics.effect import Effect, Symbols, Vector
+from unmodeled.models.physics.inertial_acceleration import ConstantInertial
+from unmodeled.models.physics.lense_thirring import LenseThirring
+from unmodeled.models.physics.manoeuvre import ImpulsiveManoeuvre
+from unmodeled.models.physics.mascon import Mascon
 from unmodeled.models.physics.point_mass import PointMass
+from unmodeled.models.physics.power_law import PowerLawGravity
+from unmodeled.models.physics.relativity import Schwarzschild
+from unmodeled.models.physics.rtn_acceleration import ConstantRTN, OncePerRevolutionRTN
 from unmodeled.models.physics.spherical_harmonics import SphericalHarmonics, coefficient_names
+from unmodeled.models.physics.yarkovsky import NonGravitationalA123
 from unmodeled.models.physics.zonal import Zonal
 
 __all__ = [
+    "ConstantInertial",
+    "ConstantRTN",
+    "ContinuousThrust",
     "Dynamics",
     "Effect",
+    "ExponentialDrag",
+    "ImpulsiveManoeuvre",
+    "LenseThirring",
+    "Mascon",
+    "NonGravitationalA123",
+    "OncePerRevolutionRTN",
     "PointMass",
+    "PowerLawGravity",
+    "Schwarzschild",
     "SphericalHarmonics",
     "Symbols",
     "VariationalOrbit",
