@@ -245,7 +245,7 @@ def test_effects_are_frozen_values(key):
     assert effect.terms
     assert effect.name
     assert effect.axes in ("inertial", "body")
-    card = type(effect).__doc__
+    card = " ".join(type(effect).__doc__.split())
     assert "Source: [" in card
     assert "ot to be combined" in card or "must not be" in card
 
