@@ -337,7 +337,8 @@ def test_z_means_utc(truth, write):
         ('<oem version="7"/>', r'VERS is "7"'),
         ('<oem version="2.0"/>', "has no segments"),
         (b"\x1f\x8b broken", "cannot be read"),
-        (b"\xff\xfe\x00", "cannot be read"),
+        (b"\xff\xfe\x00", "is not an OEM"),
+        (b"<\x00>", "not well-formed XML"),
     ],
 )
 def test_other_files_are_refused(write, text, message):
@@ -350,6 +351,21 @@ def test_entities_are_not_expanded(whole, write):
     text = xml(whole).split("\n", 2)[2]
     with pytest.raises(DataError, match="document type or entities"):
         read_oem(write(bomb + text))
+
+
+def test_a_comment_in_latin_1_does_no_harm(whole, write):
+    text = (
+        kvn(whole).replace("boost", "man\u0153uvre \xe9t\xe9").encode("latin-1", errors="replace")
+    )
+    assert len(read_oem(write(text), accelerations=False)) == N
+
+
+def test_an_end_between_two_samples_is_not_a_cut(truth, write):
+    head = meta(0, truth[0][-1] + 0.9 * STEP)
+    assert len(read_oem(write(kvn((head, states(truth)))), accelerations=False)) == N
+    head = meta(0, truth[0][-1] + STEP)
+    with pytest.raises(DataError, match="end 120 s before STOP_TIME"):
+        read_oem(write(kvn((head, states(truth)))))
 
 
 def test_xml_states_are_checked(whole, write):

@@ -92,10 +92,14 @@ def test_angle_types(write, kind, names):
 
 def test_frequencies_carry_their_offset(write):
     meta = META | {"FREQ_OFFSET": "8.4e9"}
-    rows = [(k, "2017-01-01T00:00:00", "100.5") for k in ("RECEIVE_FREQ_2", "TRANSMIT_FREQ_1")]
+    words = ("RECEIVE_FREQ_2", "RECEIVE_FREQ", "TRANSMIT_FREQ_1", "RECEIVE_FREQ_RATE")
+    rows = [(k, "2017-01-01T00:00:00", "100.5") for k in words]
     got = read_tdm(write(tdm((meta, rows)))).observations
-    assert list(got["kind"]) == ["receive_frequency_2", "transmit_frequency_1"]
-    assert list(got["value"]) == [8.4e9 + 100.5, 100.5]
+    kinds = ["receive_frequency_2", "receive_frequency", "transmit_frequency_1"]
+    assert list(got["kind"]) == [*kinds, "receive_freq_rate"]
+    assert list(got["value"]) == [8.4e9 + 100.5, 8.4e9 + 100.5, 100.5, 100.5]
+    with pytest.raises(DataError, match='FREQ_OFFSET is "some"'):
+        read_tdm(write(tdm((META | {"FREQ_OFFSET": "some"}, rows))))
 
 
 def test_unknown_keywords_are_kept_and_said(write):

@@ -44,16 +44,17 @@ def read_text(path: Path) -> str:
     Raises
     ------
     DataError
-        If it is missing, empty, damaged, or not text.
+        If it is missing, empty or damaged.
     """
     try:
         raw = path.read_bytes()
         if raw[:2] == b"\x1f\x8b":
             raw = gzip.decompress(raw)
-        text = raw.decode("utf-8-sig")
+        # Keywords and numbers are ASCII; a comment in another encoding does no harm.
+        text = raw.decode("utf-8-sig", errors="replace")
     except FileNotFoundError as exc:
         raise DataError(f"there is no file {path}", do="check the path") from exc
-    except (OSError, EOFError, zlib.error, UnicodeDecodeError) as exc:
+    except (OSError, EOFError, zlib.error) as exc:
         raise DataError(f"{path.name} cannot be read ({exc})", do="fetch the file again") from exc
     if not text.strip():
         raise DataError(f"{path.name} is empty", do="fetch the file again")

@@ -186,7 +186,8 @@ def _table(part: RawSegment, segment: TdmSegment, file: str) -> tuple[str, pd.Da
         kind, factor, unit = found or (key.lower(), 1.0, "")
         kinds.append(kind)
         units.append(unit)
-        values.append(reading * factor + (_number(offset, file) if "receive_freq" in kind else 0))
+        shifted = kind.startswith("receive_frequency")
+        values.append(reading * factor + (_number(offset, file) if shifted else 0.0))
     columns = {"time_s": times, "kind": kinds, "value": values, "unit": units}
     table = pd.DataFrame(columns).assign(path=segment.path, mode=segment.mode)
     return epoch, table, unknown
