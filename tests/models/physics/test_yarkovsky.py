@@ -25,14 +25,14 @@ def test_drift_of_bennu():
     expected = 2 * push * AU**2 / (n * a**2 * (1 - e**2))
     year = 365.25 * DAY
     assert abs(expected * year + 284.6) < 1.0  # A2 is rounded to 1 in 900
-    # 1e6 of it over 5 whole revolutions: the drift, 1e-3 of a, then stands above the rounding
+    # 1e4 of it over 5 whole revolutions: the drift, 1e-4 of a, then stands above the rounding
     boost, revolutions = 1e4, 5
     times = np.linspace(0, revolutions * 2 * math.pi / n, 100)
     model = Dynamics([PointMass(), NonGravitationalA123()], {"GM": SUN, "A2": boost * push})
     start = [a * (1 - e), 0, 0, 0, math.sqrt(SUN / a * (1 + e) / (1 - e)), 0]
     drift = semi_major_axis(model.propagate(start, times)[[0, -1]])
     drift = drift[1] - drift[0]
-    # second order: the orbit shrinks by 1e-4 on the way, and the last revolution is not closed
+    # second order: the orbit shrinks by that much on the way, and the last revolution is not closed
     assert abs(drift / (boost * expected * times[-1]) - 1) < 20 * abs(drift) / a
 
 

@@ -25,7 +25,7 @@ class ContinuousThrust(Effect):
         \mathbf a = [S(t - t_{on}) - S(t - t_{off})]\, a\, \mathbf e, \qquad
         S(t) = \frac12 \left(1 + \frac{t}{\sqrt{t^2 + w^2}}\right)
 
-    Source: [MontenbruckGill2000] section 3.7.3 (thrust forces), with a smooth switch. The
+    Source: [MontenbruckGill2000] section 3.6 (thrust forces), with a smooth switch. The
     direction is the inertial velocity (``thrust_a_V``, negative to brake) or the axes of
     `ConstantRTN` (``thrust_a_R``, ``thrust_a_T``, ``thrust_a_N``). ``thrust_t_on``,
     ``thrust_t_off`` in s; ``thrust_width`` is w. The acceleration is constant: no loss of mass.

@@ -24,7 +24,7 @@ class ImpulsiveManoeuvre(Effect):
     .. math::
         \mathbf a = \Delta\mathbf v\, \frac{w^2}{2\,[(t - t_0)^2 + w^2]^{3/2}}
 
-    Source: [MontenbruckGill2000] section 3.7.3 (thrust forces); the pulse is ours. Parameters:
+    Source: [MontenbruckGill2000] section 3.6 (thrust forces); the pulse is ours. Parameters:
     ``manoeuvre1_dv_R``, ``_T``, ``_N`` (axes of `ConstantRTN` at each instant), or ``_dv_x``,
     ``_y``, ``_z`` in inertial axes; ``manoeuvre1_t0`` and ``manoeuvre1_width``. The integral
     over all time is exactly :math:`\Delta\mathbf v` in inertial axes, and partials exist for t0

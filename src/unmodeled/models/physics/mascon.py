@@ -30,8 +30,8 @@ class Mascon(Effect):
     moves by mu r0 / (GM + mu) away from the origin. Reduce GM by hand if the total is known.
     With mu = 0 the place has no influence and cannot be estimated.
 
-    Size: 2e-5 of the Moon's mass gives 3.4e-3 m/s2 at the surface of the Moon at 170 km depth,
-    2e-3 m/s2 at 100 km altitude.
+    Size: 2e-5 of the Moon's mass at a depth of 170 km gives 3.4e-3 m/s2 at the surface above it
+    and 1.3e-3 m/s2 at 100 km altitude.
 
     Confused with: GM (its monopole), degree 1 (its dipole), tesserals of low degree seen from far
     away; depth against mass. Not to be combined with a free degree-0 or degree-1 coefficient, nor

@@ -32,10 +32,10 @@ class NonGravitationalA123(Effect):
         \mathbf a = \left(\frac{r_0}{r}\right)^d
         (A_1 \mathbf e_R + A_2 \mathbf e_T + A_3 \mathbf e_N)
 
-    Source: [Marsden1973] Eq. 1 and 2, with his g(r) for water ice replaced by the power law that
-    is usual for asteroids. Heliocentric: the origin is the Sun, axes as in `ConstantRTN`.
-    A1, A2, A3 are in m/s2 at ``nongrav_r0`` (1 au in metres by default); 1 au/d2 is
-    20.04 m/s2.
+    Source: [Marsden1973], the equation of motion with g(r); their g(r) for water ice is replaced
+    by the power law that is usual for asteroids. Heliocentric: the origin is the Sun, axes as in
+    `ConstantRTN`. A1, A2, A3 are in m/s2 at ``nongrav_r0`` (1 au in metres by default); 1 au/d2
+    is 20.04 m/s2.
 
     Size: Bennu A2 = -4.56e-14 au/d2 = -9.1e-13 m/s2, which gives
     da/dt = 2 A2 r0^2 / (n a^2 (1 - e^2)) = -284 m/yr for d = 2; 'Oumuamua A1 = 4e-6 m/s2.
