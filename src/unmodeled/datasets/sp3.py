@@ -1,7 +1,7 @@
 """Reader of precise orbits in the Standard Product 3 format, SP3-a to SP3-d [Hilla2010].
 
-Own reader: of the packages tried, ``orbit-formats`` 0.5 reads only versions c and d and needs
-Python < 3.13, ``sp3`` refuses real headers, and all refuse minute 60 or a missing leading blank.
+Own reader: of the packages tried, ``orbit-formats`` 0.5 reads only versions c and d, ``sp3``
+refuses real headers, and all refuse minute 60 or a missing leading blank.
 
 What the format means, and what is done with it:
 

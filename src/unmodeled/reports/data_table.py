@@ -19,6 +19,9 @@ _ELEMENTS = {
     "true_anomaly": "true anomaly [deg]",
 }
 
+#: Entries of a list that are shown.
+_LONGEST = 5
+
 
 def data_table(result: CharacterizationResult) -> Table:
     """Return the facts that came with the data, and its units, a row each."""
@@ -54,6 +57,12 @@ def element_table(result: CharacterizationResult) -> Table:
 
 
 def _text(value: Any) -> str:
+    """Return a fact in words: nested facts one after the other, long lists cut."""
+    if isinstance(value, dict):
+        return "; ".join(f"{key.replace('_', ' ')}: {_text(v)}" for key, v in value.items())
+    if isinstance(value, list | tuple):
+        shown = ", ".join(_text(v) for v in value[:_LONGEST])
+        return shown + (f", ... ({len(value)} in all)" if len(value) > _LONGEST else "")
     if isinstance(value, bool) or not isinstance(value, int | float):
         return str(value)
     return str(value) if isinstance(value, int) else number(value, 3)
