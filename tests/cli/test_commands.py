@@ -2,11 +2,15 @@
 
 import json
 import sys
+from pathlib import Path
 
 import pandas as pd
 import pytest
 
 from unmodeled import cli
+from unmodeled.pipeline.config import load_config
+
+SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
 CONFIG = """\
 name: small
@@ -116,3 +120,18 @@ def test_help_names_every_command(run):
     shown = run("--help")
     for command in ("characterize", "simulate", "bodies", "learners", "version"):
         assert command in shown
+
+
+@pytest.mark.parametrize("name", sorted(p.name for p in SCENARIOS.glob("*.yaml")))
+def test_every_scenario_is_valid(name):
+    assert load_config(SCENARIOS / name).learners
+
+
+def test_the_scenario_for_an_own_orbit_runs_as_it_is(run, tmp_path):
+    run("simulate", "c.yaml", "--out", "orbits")
+    (tmp_path / "orbits" / "train.csv").rename(tmp_path / "orbits" / "my-orbit.csv")
+    text = (SCENARIOS / "own-orbit.yaml").read_text()
+    (tmp_path / "own.yaml").write_text(text.replace("spectral_mlp}", "spectral_mlp, epochs: 50}"))
+    shown = run("characterize", "own.yaml", "--data", "orbits")
+    assert "runs/own-orbit/report.html" in shown
+    assert "on later revolutions" in shown
