@@ -16,7 +16,7 @@ from unmodeled.core.units import NormalisedUnits
 from unmodeled.datasets.noise import Noise, observe
 from unmodeled.datasets.trajectory import Trajectory
 
-__all__ = ["LearningData", "SampleSet", "make_learning_data"]
+__all__ = ["LearningData", "NormalisedField", "SampleSet", "make_learning_data"]
 
 
 @dataclass(frozen=True)
@@ -50,6 +50,26 @@ class SampleSet:
 
 
 @dataclass(frozen=True)
+class NormalisedField:
+    """A field in SI as a function of normalised positions.
+
+    Parameters
+    ----------
+    field : callable
+        Positions (n, 3), m, to accelerations (n, 3), m/s2.
+    units : NormalisedUnits
+        What one unit is in SI.
+    """
+
+    field: Callable[[Array], Array]
+    units: NormalisedUnits
+
+    def __call__(self, positions: Array) -> Array:
+        """Return normalised accelerations (n, 3) at normalised positions (n, 3)."""
+        return self.field(positions * self.units.length) / self.units.acceleration
+
+
+@dataclass(frozen=True)
 class LearningData:
     """Training samples, the two test sets, and the orbits that they come from.
 
@@ -68,6 +88,8 @@ class LearningData:
         What was added.
     facts : dict
         Plain facts for the report (shares of sigma, integrator difference, file notes).
+    true_field : NormalisedField or None
+        The field that made the orbits; None for measured data.
     """
 
     units: NormalisedUnits
@@ -78,6 +100,7 @@ class LearningData:
     periods: tuple[float, ...]
     noise: Noise
     facts: dict[str, Any] = field(default_factory=dict)
+    true_field: NormalisedField | None = None
 
     @property
     def sets(self) -> tuple[SampleSet, SampleSet, SampleSet]:
@@ -131,12 +154,7 @@ def make_learning_data(
     if len(orbits) < 2:
         raise DataError("no orbit to extrapolate to", do="give at least one other orbit")
 
-    normal_field = None
-    if true_field is not None:
-
-        def normal_field(x: Array) -> Array:
-            return true_field(x * units.length) / units.acceleration
-
+    normal_field = None if true_field is None else NormalisedField(true_field, units)
     parts = [
         _samples(k, orbit, units, noise, normal_field, streams) for k, orbit in enumerate(orbits)
     ]
@@ -157,6 +175,7 @@ def make_learning_data(
         tuple(periods),
         noise,
         (facts or {}) | _noise_facts(parts[0], noise, units),
+        normal_field,
     )
 
 

@@ -6,6 +6,7 @@ The period is the Kepler period of the first sample, as for a simulated orbit ([
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from unmodeled.core.errors import ConfigError, DataError
 from unmodeled.datasets.elements import osculating_period
@@ -63,13 +64,7 @@ def first_revolutions(
     if periods is None:
         return trajectory, period
     keep = trajectory.times - trajectory.times[0] < periods * period - _ROUNDING * slack
-    if keep.sum() < 4:
-        raise DataError(
-            f"{trajectory.source}: {int(keep.sum())} samples are left",
-            allowed="at least 4",
-            do="use more periods or a higher data.samples_per_period",
-        )
-    return trajectory[keep], period
+    return _kept(trajectory, keep), period
 
 
 def split_revolutions(
@@ -123,11 +118,19 @@ def split_revolutions(
     cut = start + train * period
     first = trajectory.times < cut - _ROUNDING * slack * period
     second = ~first & (trajectory.times <= cut + (rest + slack) * period)
-    for name, mask in (("training", first), ("extrapolation", second)):
-        if mask.sum() < 4:
-            raise DataError(
-                f"{trajectory.source}: {int(mask.sum())} samples are left for {name}",
-                allowed="at least 4",
-                do="use more periods or a higher data.samples_per_period",
-            )
-    return trajectory[first], trajectory[second], period
+    return (
+        _kept(trajectory, first, " for training"),
+        _kept(trajectory, second, " for extrapolation"),
+        period,
+    )
+
+
+def _kept(trajectory: Trajectory, mask: npt.NDArray[np.bool_], purpose: str = "") -> Trajectory:
+    """Return the samples of a mask, or say that they are too few."""
+    if mask.sum() < 4:
+        raise DataError(
+            f"{trajectory.source}: {int(mask.sum())} samples are left{purpose}",
+            allowed="at least 4",
+            do="use more periods or a higher data.samples_per_period",
+        )
+    return trajectory[mask]

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from unmodeled.core.arrays import Array, as_array, check_increasing
 from unmodeled.core.errors import DataError
@@ -101,7 +102,7 @@ class Trajectory:
         radii: Array = np.linalg.norm(self.positions, axis=1)
         return radii
 
-    def __getitem__(self, index: slice | Array) -> Trajectory:
+    def __getitem__(self, index: slice | npt.NDArray[Any]) -> Trajectory:
         """Return the samples selected by a slice, mask or index array (order kept)."""
         acc = None if self.accelerations is None else self.accelerations[index]
         return replace(

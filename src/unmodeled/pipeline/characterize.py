@@ -11,13 +11,11 @@ from unmodeled.core.arrays import Array
 from unmodeled.core.errors import NumericalError
 from unmodeled.core.provenance import collect_provenance
 from unmodeled.core.threads import one_thread
-from unmodeled.datasets.bodies import load_body
 from unmodeled.datasets.learning_data import LearningData
-from unmodeled.datasets.simulation import gravity_of
-from unmodeled.models.learned import Learner, NoiseLevel
+from unmodeled.models.learned import NoiseLevel
 from unmodeled.pipeline.config import CharacterizationConfig, LearnerConfig
 from unmodeled.pipeline.cost import Meter, time_evaluation
-from unmodeled.pipeline.flight import Flight, fly
+from unmodeled.pipeline.flight import fly
 from unmodeled.pipeline.metrics import calibrate, fractional_error, summarize
 from unmodeled.pipeline.prepare import prepare
 from unmodeled.pipeline.results import CharacterizationResult, LearnerResult, OrbitFlight
@@ -127,7 +125,7 @@ def _evaluate(
         errors,
         {name: summarize(e) for name, e in errors.items()},
         calibrations,
-        _fly_orbits(learner, data, config),
+        _fly_orbits(learner.predict, data, config),
         meter.seconds,
         meter.peak_bytes,
         single,
@@ -138,36 +136,19 @@ def _evaluate(
 
 
 def _fly_orbits(
-    learner: Learner, data: LearningData, config: CharacterizationConfig
+    acceleration: Callable[[Array], Array], data: LearningData, config: CharacterizationConfig
 ) -> tuple[OrbitFlight, ...]:
+    longest = max(config.flight.periods)
+    flown = list(zip(data.orbits, data.periods, strict=True))[: config.flight.orbits + 1]
     return tuple(
-        OrbitFlight(k, period, _flight(learner.predict, data, config, k))
-        for k, period in enumerate(data.periods[: config.flight.orbits + 1])
+        OrbitFlight(k, period, fly(acceleration, orbit, data.units, period, longest * period))
+        for k, (orbit, period) in enumerate(flown)
     )
-
-
-def _flight(
-    acceleration: Callable[[Array], Array],
-    data: LearningData,
-    config: CharacterizationConfig,
-    orbit: int,
-) -> Flight:
-    longest = max(config.flight.periods) * data.periods[orbit]
-    return fly(acceleration, data.orbits[orbit], data.units, data.periods[orbit], longest)
 
 
 def _flight_floor(config: CharacterizationConfig, data: LearningData) -> float:
     """Error of flying the true field: what the solver itself contributes, m."""
-    if not config.data.simulated:
+    if data.true_field is None:
         return float("nan")
-    dynamics = gravity_of(load_body(config.body))
-    units = data.units
-
-    def field(x: Array) -> Array:
-        return dynamics.acceleration(x * units.length) / units.acceleration
-
-    flights = [
-        _flight(field, data, config, k)
-        for k in range(min(len(data.orbits), config.flight.orbits + 1))
-    ]
-    return float(np.max([f.position_error.max() for f in flights]))
+    flights = _fly_orbits(data.true_field, data, config)
+    return float(np.max([f.flight.position_error.max() for f in flights]))

@@ -13,6 +13,7 @@ from scipy.linalg.lapack import dpotri
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import NumericalError
+from unmodeled.models.learned._distances import squared_distances
 from unmodeled.models.learned.learner import Progress
 
 __all__ = ["likelihood_and_gradient", "maximise"]
@@ -92,7 +93,7 @@ def maximise(
     NumericalError
         If the likelihood cannot be computed even at the start.
     """
-    square = ((x[:, None, :] - x[None, :, :]) ** 2).sum(axis=-1)
+    square = squared_distances(x, x)
     low, high = np.log([_LENGTHS, _SIGNALS, (noise_floor, 1e4)]).T
     columns = []
     for i in range(3):

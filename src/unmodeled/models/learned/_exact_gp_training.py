@@ -15,6 +15,7 @@ import torch
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import NumericalError
+from unmodeled.models.learned._distances import squared_distances
 from unmodeled.models.learned.learner import Progress
 
 with warnings.catch_warnings():
@@ -53,7 +54,7 @@ def best_start(x: Array, t: Array, noise_floor: float, known_noise: float) -> Ar
     """
     step = -(-len(x) // _SAMPLES)
     x, mean = x[::step], t.mean(axis=0)
-    square = ((x[:, None, :] - x[None, :, :]) ** 2).sum(axis=-1)
+    square = squared_distances(x, x)
     found = []
     for length in _LENGTHS:
         values, vectors = np.linalg.eigh(np.exp(-0.5 / length**2 * square))

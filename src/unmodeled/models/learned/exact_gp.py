@@ -11,6 +11,7 @@ from scipy.linalg.lapack import dpocon
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import ConfigError, NumericalError
+from unmodeled.models.learned._distances import squared_distances
 from unmodeled.models.learned._exact_gp_lbfgs import maximise
 from unmodeled.models.learned._exact_gp_training import JITTERS, best_start, train
 from unmodeled.models.learned.learner import Learner, NoiseLevel, Progress
@@ -131,7 +132,7 @@ class ExactGP(Learner):
 
     def _factorise(self) -> None:
         """Compute the lower Cholesky factors (3, n, n), with jitter where it must be."""
-        square = _squared_distances(self._x, self._x)
+        square = squared_distances(self._x, self._x)
         factors, jitters, conditions = [], [], []
         for length, signal, noise in self._theta[:3].T:
             kernel = signal * np.exp(-0.5 / length**2 * square)
@@ -148,7 +149,7 @@ class ExactGP(Learner):
 
     def _kernel(self, x: Array) -> Array:
         """Covariances (m, 3, n) of scaled positions ``x`` (m, 3) with the samples."""
-        square = _squared_distances(x, self._x)[:, None, :]
+        square = squared_distances(x, self._x)[:, None, :]
         length, signal = self._theta[0][:, None], self._theta[1][:, None]
         kernel: Array = signal * np.exp(-0.5 / length**2 * square)
         return kernel
@@ -210,12 +211,6 @@ class ExactGP(Learner):
         self._set_state(Standardiser.restore(arrays), arrays["x"], arrays["theta"])
         self._weights, self.nll_ = arrays["weights"], arrays["nll"]
         self._factorise()
-
-
-def _squared_distances(x: Array, z: Array) -> Array:
-    """Squared distances (m, n); by differences, since |x|^2 - 2 x.z + |z|^2 cancels."""
-    square: Array = sum((x[:, None, i] - z[None, :, i]) ** 2 for i in range(3))  # type: ignore[assignment]
-    return square
 
 
 def _cholesky(kernel: Array) -> tuple[Array, float]:
