@@ -84,7 +84,7 @@ def batch_integrator(system: System) -> Any:
     last of the system.
     """
     x, y, z = system.state_symbols[:3]
-    limit = hy.par[len(system.parameters)]
+    limit = hy.par[system.count]
     event = hy.t_event_batch(
         x * x + y * y + z * z - limit * limit, direction=hy.event_direction.negative
     )

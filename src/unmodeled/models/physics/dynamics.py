@@ -14,7 +14,9 @@ from unmodeled.core.parameters import Parameter
 from unmodeled.models.physics import compiled
 from unmodeled.models.physics.collision import first_entry
 from unmodeled.models.physics.effect import Effect
+from unmodeled.models.physics.orientation import Orientation
 from unmodeled.models.physics.system import System
+from unmodeled.models.physics.tracks import Tracks
 
 __all__ = ["Dynamics", "VariationalOrbit"]
 
@@ -55,11 +57,16 @@ class Dynamics:
     spinning : bool
         True if effects in body axes turn with the parameters ``spin_rate`` (rad per unit time,
         about z) and ``prime_meridian`` (rad).
+    tracks : Tracks, optional
+        Positions of the other bodies that the effects ask for; orbits stay inside its interval.
+    orientation : Orientation, optional
+        How the body is turned, in place of ``spinning``: its pole need not be the inertial z.
 
     Raises
     ------
     ConfigError
-        Unknown parameter (the nearest name is suggested), value out of bounds, term twice.
+        Unknown parameter (the nearest name is suggested), value out of bounds, term twice, a body
+        without a track, or tracks and an orientation on different intervals.
 
     Examples
     --------
@@ -74,9 +81,24 @@ class Dynamics:
         values: Mapping[str, float] | None = None,
         *,
         spinning: bool = False,
+        tracks: Tracks | None = None,
+        orientation: Orientation | None = None,
     ) -> None:
-        self.system = System(tuple(effects), spinning)
+        effects = tuple(effects)
+        needed = {name for effect in effects for name in effect.bodies}
+        self.tracks, self.orientation = tracks, orientation
+        self.system = System(
+            effects,
+            spinning or orientation is not None,
+            tilt_degree=orientation.degree if orientation else None,
+            track_degree=tracks.degree if tracks and needed else 0,
+        )
         given = dict(values or {})
+        if orientation is not None:
+            given = {
+                "spin_rate": orientation.spin_rate,
+                "prime_meridian": orientation.prime_meridian,
+            } | given
         known = {p.name for p in self.system.parameters}
         for name in given:
             if name not in known:
@@ -84,7 +106,7 @@ class Dynamics:
         self._parameters = tuple(
             p.with_value(given.get(p.name, p.value)) for p in self.system.parameters
         )
-        self._pars = np.array([p.value for p in self._parameters])
+        self._pars = np.array([*(p.value for p in self._parameters), *self._series(needed)])
 
     @property
     def effects(self) -> tuple[Effect, ...]:
@@ -104,7 +126,55 @@ class Dynamics:
     def with_values(self, values: Mapping[str, float]) -> Dynamics:
         """Return the same model with some values changed; nothing is compiled again."""
         merged = self.values | dict(values)
-        return Dynamics(self.effects, merged, spinning=self.system.spinning)
+        return Dynamics(
+            self.effects,
+            merged,
+            spinning=self.system.spinning,
+            tracks=self.tracks,
+            orientation=self.orientation,
+        )
+
+    def with_effects(self, effects: Iterable[Effect], values: Mapping[str, float]) -> Dynamics:
+        """Return a model of other effects in the same surroundings."""
+        chosen = System(tuple(effects), self.system.spinning, self.system.tilt_degree)
+        known = {p.name for p in chosen.parameters}
+        merged = {k: v for k, v in (self.values | dict(values)).items() if k in known}
+        return Dynamics(
+            chosen.effects,
+            merged,
+            spinning=self.system.spinning,
+            tracks=self.tracks,
+            orientation=self.orientation,
+        )
+
+    def _series(self, needed: set[str]) -> list[float]:
+        """Runtime parameters without a name, in the order of `System`."""
+        system, tracks, orientation = self.system, self.tracks, self.orientation
+        interval: tuple[float, float] | None = None
+        flat: list[float] = []
+        if needed:
+            if tracks is None or not needed <= set(tracks.coefficients):
+                missing = sorted(needed - set(tracks.coefficients if tracks else ()))
+                raise ConfigError(
+                    f"the force model needs the position of {', '.join(missing)}",
+                    do="give tracks with it",
+                )
+            interval = (tracks.start, tracks.end)
+            for name in system.bodies:
+                flat += tracks.coefficients[name].T.ravel().tolist()
+        if orientation is not None:
+            moves = orientation.degree > 0
+            if moves and interval not in (None, (orientation.start, orientation.end)):
+                raise ConfigError(
+                    "tracks and orientation on different intervals", do="fit both on the same"
+                )
+            interval = interval or (orientation.start, orientation.end)
+            flat += np.moveaxis(orientation.slow, 0, -1).ravel().tolist()
+            flat += orientation.fixed.ravel().tolist()
+        if interval is None:
+            return []
+        start, end = interval
+        return [0.5 * (start + end), 2.0 / (end - start), *flat]
 
     # Pointwise -------------------------------------------------------------------------------
 
@@ -251,6 +321,8 @@ class Dynamics:
         if not len(grid):
             raise DataError("no times", allowed="at least one")
         check_increasing(grid, "times")
+        if self.tracks is not None and self.system.bodies:
+            self.tracks.check(grid)
         return grid
 
     def _run(self, ta: Any, state: Array, grid: Array) -> Array:

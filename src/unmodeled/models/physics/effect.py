@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar, TypeAlias
 
 from heyoka import expression
@@ -35,12 +35,16 @@ class Symbols:
         Seconds since the epoch.
     parameters : mapping of str to expression
         Runtime parameters by name: a new value never recompiles.
+    bodies : mapping of str to Vector
+        Positions of the bodies that the effect asked for (`Effect.bodies`) relative to the central
+        body, on the same axes as ``position``.
     """
 
     position: Vector
     velocity: Vector
     time: expression
     parameters: Mapping[str, expression]
+    bodies: Mapping[str, Vector] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> expression:
         return self.parameters[name]
@@ -67,6 +71,11 @@ class Effect(ABC):
     @abstractmethod
     def parameters(self) -> tuple[Parameter, ...]:
         """Parameters with unit, scale and bounds; same name in two effects: the same number."""
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """Names of the other bodies whose positions the effect needs, e.g. ``("sun",)``."""
+        return ()
 
     @abstractmethod
     def acceleration(self, s: Symbols) -> Vector:

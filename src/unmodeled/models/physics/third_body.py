@@ -1,0 +1,87 @@
+"""Attraction of another body, relative to the central one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from heyoka import expression
+
+from unmodeled.core.parameters import Parameter
+from unmodeled.models.physics.effect import Effect, Symbols, Vector
+from unmodeled.models.physics.vectors import combine, dot, norm
+
+__all__ = ["ThirdBody"]
+
+
+@dataclass(frozen=True)
+class ThirdBody(Effect):
+    r"""Third body as a point mass, in axes that fall with the central body.
+
+    .. math::
+        \mathbf a = \mu_b \left(\frac{\mathbf d}{d^3} - \frac{\mathbf s}{s^3}\right), \qquad
+        \mathbf d = \mathbf s - \mathbf r
+
+    s is the position of the body relative to the centre. The difference of the two nearly equal
+    vectors is taken in Battin's form, which loses no digits however far the body is. Source:
+    [MontenbruckGill2000] Eq. 3.37; [Battin1999] section 8.4. Parameter: ``GM_<body>``.
+
+    Size: on a satellite of the Earth at 6,878 km the Moon 1.2e-6, the Sun 5.5e-7 m/s2; grows with r.
+
+    Confused with: the solid tide of the same body (the same angle, another power of r); the Sun
+    with the Moon over less than half a month.
+
+    Parameters
+    ----------
+    body : str
+        Name of the body, for which the model needs a track.
+    """
+
+    body: str
+    name: ClassVar[str] = "third_body"
+    position_only: ClassVar[bool] = True
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """GM of the body."""
+        return (
+            Parameter(
+                f"GM_{self.body}",
+                unit="m3 s-2",
+                scale=1e10,
+                lower=0.0,
+                description=f"gravitational parameter of {self.body}",
+            ),
+        )
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """The body."""
+        return (self.body,)
+
+    @property
+    def terms(self) -> frozenset[str]:
+        """The attraction of this body."""
+        return frozenset({f"third body {self.body}"})
+
+    def acceleration(self, s: Symbols) -> Vector:
+        """Return the difference of the attractions on spacecraft and centre."""
+        place = s.bodies[self.body]
+        d = combine([expression(1.0), expression(-1.0)], [place, s.position])
+        # With q = (r.r - 2 r.s) / s.s: d^3 = s^3 (1 + q)^(3/2), and 1 - 1/(1+q)^(3/2) below is
+        # exact for small q.
+        q = dot(s.position, combine([expression(1.0), expression(-2.0)], [s.position, place]))
+        q = q / dot(place, place)
+        root = norm(d) / norm(place)
+        share = q * (3.0 + q * (3.0 + q)) / (1.0 + root * root * root)
+        cube = norm(d) * norm(d) * norm(d)
+        factor = s[f"GM_{self.body}"] / cube
+        return combine([-factor, -factor * share], [s.position, place])
+
+    def potential(self, s: Symbols) -> expression:
+        """Return mu (1/d - r.s / s^3)."""
+        place = s.bodies[self.body]
+        d = combine([expression(1.0), expression(-1.0)], [place, s.position])
+        size = norm(place)
+        along = dot(s.position, place) / (size * size * size)
+        return s[f"GM_{self.body}"] * (1.0 / norm(d) - along)
