@@ -26,7 +26,8 @@ class ThirdBody(Effect):
     vectors is taken in Battin's form, which loses no digits however far the body is. Source:
     [MontenbruckGill2000] Eq. 3.37; [Battin1999] section 8.4. Parameter: ``GM_<body>``.
 
-    Size: on a satellite of the Earth at 6,878 km the Moon 1.2e-6, the Sun 5.5e-7 m/s2; grows with r.
+    Size: on a satellite of the Earth at 6,878 km the Moon 1.2e-6, the Sun 5.5e-7 m/s2;
+    grows with r.
 
     Confused with: the solid tide of the same body (the same angle, another power of r); the Sun
     with the Moon over less than half a month.

@@ -104,8 +104,7 @@ class Tracks:
         times = as_array(times, ("n",), "times")
         self.check(times)
         scaled = (2.0 * times - self.start - self.end) / (self.end - self.start)
-        position: Array = chebyshev.chebval(scaled, self.coefficients[body]).T
-        return position
+        return np.asarray(chebyshev.chebval(scaled, self.coefficients[body]).T, dtype=np.float64)
 
     def check(self, times: Array) -> None:
         """Refuse times outside the interval."""

@@ -1,0 +1,1 @@
+"""Case files: a model, measurements, candidates."""

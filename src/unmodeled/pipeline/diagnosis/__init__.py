@@ -1,0 +1,1 @@
+"""Which effect is missing: scores, thresholds, classes, the loop."""
