@@ -22,9 +22,11 @@ from unmodeled.models.physics import (
     PowerLawGravity,
     Schwarzschild,
     SphericalHarmonics,
+    ThirdBody,
     Zonal,
 )
 from unmodeled.models.physics.spherical_harmonics import coefficient_names
+from unmodeled.models.physics.tracks import Tracks
 
 SPIN = {"spin_rate": 0.7, "prime_meridian": 0.4}
 
@@ -44,6 +46,12 @@ class EffectCase:
     #: symmetric about z
     axisymmetric: bool = False
     spinning: bool = False
+    tracks: Tracks | None = None
+
+    @property
+    def steady(self) -> bool:
+        """The potential, if there is one, does not depend on time but by the spin."""
+        return self.potential and (self.tracks is None or self.tracks.degree == 0)
 
 
 def coefficients(degree, order=None, min_degree=2):
@@ -83,6 +91,25 @@ def moving(effect, values, **claims):
     return EffectCase(effect, values, needs_states=True, potential=False, harmonic=False, **claims)
 
 
+def circling(start, end):
+    """Sun and Moon 4 to 5 from the centre, out of each other's plane, moving."""
+    return Tracks.fit(
+        {
+            "sun": lambda t: np.stack(
+                [4.6 * np.cos(0.3 * t), 4.6 * np.sin(0.3 * t), 0.9 + 0 * t], 1
+            ),
+            "moon": lambda t: np.stack([0.5 + 0 * t, 4 * np.cos(0.5 * t), -4 * np.sin(0.5 * t)], 1),
+        },
+        start,
+        end,
+    )
+
+
+#: Enough for all that is done with a moving case; one that stands still lasts as long as wanted.
+MOVING = circling(-1.0, 6.0)
+STILL = Tracks(
+    -1.0, 500.0, {"sun": np.array([[3.9, 2.0, 1.6]]), "moon": np.array([[-1.0, 4.0, 2.0]])}
+)
 RELATIVITY = {"GM": 1.3, "c": 3.0}
 AIR = {"drag_B": 0.6, "drag_rho0": 0.4, "drag_r0": 1.1, "drag_H": 1.3, "drag_omega": 0.2}
 MASCON = {"mascon1_GM": 0.15, "mascon1_x": 0.3, "mascon1_y": -0.2, "mascon1_z": 0.1}
@@ -147,6 +174,8 @@ EFFECT_CASES: dict[str, EffectCase] = {
     "Schwarzschild": moving(
         Schwarzschild(), RELATIVITY | {"schwarzschild_scale": 0.8}, axisymmetric=True
     ),
+    "third body": EffectCase(ThirdBody("moon"), {"GM_moon": 0.8}, tracks=MOVING),
+    "third body, still": EffectCase(ThirdBody("moon"), {"GM_moon": 1e-3}, tracks=STILL),
     "thrust": moving(ContinuousThrust(), THRUST | {"thrust_a_V": -0.3}, axisymmetric=True),
     "thrust, RTN": moving(
         ContinuousThrust("rtn"), THRUST | named("thrust_a_", "RTN"), axisymmetric=True

@@ -13,6 +13,7 @@ from unmodeled.models.physics.power_law import PowerLawGravity
 from unmodeled.models.physics.relativity import Schwarzschild
 from unmodeled.models.physics.rtn_acceleration import ConstantRTN, OncePerRevolutionRTN
 from unmodeled.models.physics.spherical_harmonics import SphericalHarmonics, coefficient_names
+from unmodeled.models.physics.third_body import ThirdBody
 from unmodeled.models.physics.yarkovsky import NonGravitationalA123
 from unmodeled.models.physics.zonal import Zonal
 
@@ -33,6 +34,7 @@ __all__ = [
     "Schwarzschild",
     "SphericalHarmonics",
     "Symbols",
+    "ThirdBody",
     "VariationalOrbit",
     "Vector",
     "Zonal",

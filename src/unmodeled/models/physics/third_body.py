@@ -11,7 +11,18 @@ from unmodeled.core.parameters import Parameter
 from unmodeled.models.physics.effect import Effect, Symbols, Vector
 from unmodeled.models.physics.vectors import combine, dot, norm
 
-__all__ = ["ThirdBody"]
+__all__ = ["ThirdBody", "third_body_gm"]
+
+
+def third_body_gm(body: str) -> Parameter:
+    """Return the gravitational parameter of another body, shared by all effects of that body."""
+    return Parameter(
+        f"GM_{body}",
+        unit="m3 s-2",
+        scale=1e10,
+        lower=0.0,
+        description=f"gravitational parameter of {body}",
+    )
 
 
 @dataclass(frozen=True)
@@ -30,7 +41,8 @@ class ThirdBody(Effect):
     grows with r.
 
     Confused with: the solid tide of the same body (the same angle, another power of r); the Sun
-    with the Moon over less than half a month.
+    with the Moon over less than half a month. Not to be combined with a body that the tracks'
+    centre already contains (the Moon with the Earth-Moon barycentre).
 
     Parameters
     ----------
@@ -45,15 +57,7 @@ class ThirdBody(Effect):
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         """GM of the body."""
-        return (
-            Parameter(
-                f"GM_{self.body}",
-                unit="m3 s-2",
-                scale=1e10,
-                lower=0.0,
-                description=f"gravitational parameter of {self.body}",
-            ),
-        )
+        return (third_body_gm(self.body),)
 
     @property
     def bodies(self) -> tuple[str, ...]:
