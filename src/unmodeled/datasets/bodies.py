@@ -1,4 +1,4 @@
-"""Body cards: gravity, size and spin of a central body, each value with its source.
+"""Body cards: gravity, size, spin, orbit and air of a central body, each value with its source.
 
 A card is a YAML file; those in ``cards/`` ship with the package and users write their own.  Zonal
 coefficients follow J_n = -C_n0 with plain Legendre polynomials; a card may give them fully
@@ -15,15 +15,24 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+import numpy.typing as npt
 from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
+from unmodeled.core.arrays import Array
 from unmodeled.core.errors import ConfigError, nearest
+from unmodeled.core.kepler_orbit import HeliocentricOrbit
+from unmodeled.core.pole import Pole
+from unmodeled.datasets.atmosphere import Atmosphere
+from unmodeled.datasets.card_sections import read_sections
 
-__all__ = ["Body", "body_names", "load_body"]
+__all__ = ["Body", "body_names", "heliocentric_orbits", "load_body"]
 
 _CARDS = Path(__file__).parent / "cards"
 _CONVENTIONS = ("unnormalised", "fully_normalised")
+_FIELDS = ("egm2008",)
+# k2 of a homogeneous fluid body, [MurrayDermott1999] section 4.6: none is larger.
+_FLUID_K2 = 1.5
 
 
 @dataclass(frozen=True)
@@ -49,6 +58,17 @@ class Body:
         ``"unnormalised"`` or ``"fully_normalised"``.
     spin_rate : float
         Rad/s about +z, sidereal; negative if retrograde.
+    pole : Pole, optional
+        Spin axis and prime meridian. Without one :meth:`pole_matrix` refuses; the Earth has none
+        because ``core.earth_orientation`` knows it better.
+    heliocentric_orbit : HeliocentricOrbit, optional
+        Osculating elements of a small body, for where the Sun is.
+    love_number_k2 : float, optional
+        Degree 2, for solid tides.
+    atmosphere : Atmosphere, optional
+        Layers of exponential density over ``reference_radius``.
+    gravity_field : str
+        Name of a full field that is at hand for the body (``"egm2008"``), or empty.
     sources : mapping of str to str
         Key into REFERENCES.md of each value.
     notes : str
@@ -57,8 +77,8 @@ class Body:
     Raises
     ------
     ConfigError
-        If a value is not finite, a radius or gm is not positive, a degree is below 2, or the
-        convention or a source's key is unknown.
+        If a value is not finite, a radius or gm is not positive, a degree is below 2, the Love
+        number is not in 0 to 1.5, or the convention, the field or a source's key is unknown.
 
     Examples
     --------
@@ -74,6 +94,11 @@ class Body:
     zonals: Mapping[int, float] = field(default_factory=dict)
     zonal_convention: str = "unnormalised"
     spin_rate: float = 0.0
+    pole: Pole | None = None
+    heliocentric_orbit: HeliocentricOrbit | None = None
+    love_number_k2: float | None = None
+    atmosphere: Atmosphere | None = None
+    gravity_field: str = ""
     sources: Mapping[str, str] = field(default_factory=dict)
     notes: str = ""
 
@@ -91,6 +116,7 @@ class Body:
                 allowed=", ".join(_CONVENTIONS),
                 do=nearest(str(self.zonal_convention), _CONVENTIONS),
             )
+        self._check_parts()
         if not isinstance(self.zonals, Mapping) or not isinstance(self.sources, Mapping):
             raise ConfigError(
                 f"body {self.name}: zonals and sources must be tables",
@@ -111,6 +137,32 @@ class Body:
         # Read-only views: a frozen body must not change through its tables.
         put(self, "zonals", MappingProxyType(values))
         put(self, "sources", MappingProxyType({k: str(v) for k, v in self.sources.items()}))
+
+    def _check_parts(self) -> None:
+        parts = (
+            ("pole", Pole),
+            ("heliocentric_orbit", HeliocentricOrbit),
+            ("atmosphere", Atmosphere),
+        )
+        for name, kind in parts:
+            value = getattr(self, name)
+            if value is not None and not isinstance(value, kind):
+                raise ConfigError(
+                    f"body {self.name}: {name} is {value!r}", allowed=f"a {kind.__name__}"
+                )
+        if self.love_number_k2 is not None:
+            k2 = self._number("love_number_k2", self.love_number_k2)
+            if not 0 <= k2 <= _FLUID_K2:
+                raise ConfigError(
+                    f"body {self.name}: love_number_k2 is {k2:g}", allowed=f"0 to {_FLUID_K2}"
+                )
+            object.__setattr__(self, "love_number_k2", k2)
+        if self.gravity_field and self.gravity_field not in _FIELDS:
+            raise ConfigError(
+                f'body {self.name}: gravity_field is "{self.gravity_field}"',
+                allowed=", ".join(_FIELDS) + ", or nothing",
+                do=nearest(str(self.gravity_field), _FIELDS),
+            )
 
     def _number(self, name: str, value: Any) -> float:
         if isinstance(value, bool) or not isinstance(value, int | float):
@@ -139,6 +191,46 @@ class Body:
             return dict(self.zonals)
         return {n: math.sqrt(2 * n + 1) * j for n, j in self.zonals.items()}
 
+    def pole_matrix(self) -> Array:
+        """Rotation from ICRF axes to the body's equatorial axes, (3, 3).
+
+        z along the pole, x along the ascending node of the equator on the ICRF's xy-plane; the
+        axes do not spin. See :class:`~unmodeled.core.pole.Pole`.
+
+        Raises
+        ------
+        ConfigError
+            If the card has no pole.
+        """
+        return self._known_pole().matrix()
+
+    def body_fixed_from_icrf(self, epoch: str, times: npt.ArrayLike) -> Array:
+        """Rotation from ICRF axes into the spinning body at ``times`` (n,) s after ``epoch``.
+
+        Returns
+        -------
+        ndarray (n, 3, 3)
+            Uniform spin at ``spin_rate`` about the card's pole, its angle counted from J2000.
+
+        Raises
+        ------
+        ConfigError
+            If the card has no pole.
+        DataError
+            If the epoch or the times cannot be read.
+        """
+        return self._known_pole().body_fixed_from_icrf(epoch, times, self.spin_rate)
+
+    def _known_pole(self) -> Pole:
+        if self.pole is None:
+            raise ConfigError(
+                f"the card of {self.name} has no pole",
+                do="use core.earth_orientation"
+                if self.name == "earth"
+                else 'add one: "pole: {right_ascension_deg: 85.65, declination_deg: -60.17}"',
+            )
+        return self.pole
+
 
 def body_names() -> list[str]:
     """Names of the cards that ship with the package, sorted.
@@ -149,6 +241,18 @@ def body_names() -> list[str]:
     ['bennu', 'earth', 'eros', 'mars', 'moon']
     """
     return sorted(p.stem for p in _CARDS.glob("*.yaml"))
+
+
+def heliocentric_orbits() -> dict[str, HeliocentricOrbit]:
+    """Osculating elements of the shipped cards that have them, for ``core.ephemeris``.
+
+    Examples
+    --------
+    >>> sorted(heliocentric_orbits())
+    ['bennu', 'eros']
+    """
+    orbits = {name: load_body(name).heliocentric_orbit for name in body_names()}
+    return {name: orbit for name, orbit in orbits.items() if orbit is not None}
 
 
 def load_body(name_or_path: str | Path) -> Body:
@@ -202,7 +306,8 @@ def _read(path: Path) -> Body:
         if key not in card:
             raise ConfigError(f'card {path} lacks the key "{key}"', do="add it")
     # Most cards refer their harmonics to the Brillouin sphere itself.
-    filled = {"title": card["name"], "reference_radius": card["brillouin_radius"], **card}
+    filled = {"title": card["name"], "reference_radius": card["brillouin_radius"]}
+    filled.update(read_sections(card, str(path)))
     return Body(**filled)
 
 
