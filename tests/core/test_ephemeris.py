@@ -72,6 +72,7 @@ def test_source_names_what_is_used_and_travels_to_workers():
 # A kernel has polynomials of degree 2 here, so every position is known by hand.
 def kernel(path, segments, keep=None):
     """Write a DAF/SPK file: (target, centre, start, end, coefficients (n, 3, k), frame, type)."""
+    pytest.importorskip("jplephem", reason="jplephem (the extra 'planets') is not installed")
     words, summaries = [], b""
     for target, centre, start, end, c, frame, kind in segments:
         n, length = len(c), (end - start) / len(c)
