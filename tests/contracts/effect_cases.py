@@ -21,6 +21,7 @@ from unmodeled.models.physics import (
     PointMass,
     PowerLawGravity,
     Schwarzschild,
+    SolarRadiationPressure,
     SphericalHarmonics,
     ThirdBody,
     Zonal,
@@ -110,6 +111,9 @@ MOVING = circling(-1.0, 6.0)
 STILL = Tracks(
     -1.0, 500.0, {"sun": np.array([[3.9, 2.0, 1.6]]), "moon": np.array([[-1.0, 4.0, 2.0]])}
 )
+LIGHT = {"srp_CrA_m": 0.7, "srp_pressure": 0.9, "au": 4.0}
+# A Sun as wide as the body, as seen from the Moon: the penumbra is everywhere.
+ECLIPSE = LIGHT | {"shadow_radius": 1.05, "sun_radius": 2.0}
 RELATIVITY = {"GM": 1.3, "c": 3.0}
 AIR = {"drag_B": 0.6, "drag_rho0": 0.4, "drag_r0": 1.1, "drag_H": 1.3, "drag_omega": 0.2}
 MASCON = {"mascon1_GM": 0.15, "mascon1_x": 0.3, "mascon1_y": -0.2, "mascon1_z": 0.1}
@@ -173,6 +177,13 @@ EFFECT_CASES: dict[str, EffectCase] = {
     ),
     "Schwarzschild": moving(
         Schwarzschild(), RELATIVITY | {"schwarzschild_scale": 0.8}, axisymmetric=True
+    ),
+    "sunlight": EffectCase(SolarRadiationPressure(shadow=False), LIGHT, tracks=MOVING),
+    "sunlight, still": EffectCase(
+        SolarRadiationPressure(shadow=False), LIGHT | {"srp_CrA_m": 2e-3}, tracks=STILL
+    ),
+    "sunlight with shadow": EffectCase(
+        SolarRadiationPressure(), ECLIPSE, potential=False, harmonic=False, tracks=MOVING
     ),
     "third body": EffectCase(ThirdBody("moon"), {"GM_moon": 0.8}, tracks=MOVING),
     "third body, still": EffectCase(ThirdBody("moon"), {"GM_moon": 1e-3}, tracks=STILL),
