@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -71,6 +72,10 @@ class ContinuousThrust(Effect):
                 "thrust_width", unit="s", value=1.0, lower=1e-6, description="width of the switch"
             ),
         )
+
+    def events(self, values: Mapping[str, float]) -> tuple[tuple[float, float], ...]:
+        """Return when the thrust is switched on and off, with the width of the switch."""
+        return tuple((values[f"thrust_t_{k}"], values["thrust_width"]) for k in ("on", "off"))
 
     def acceleration(self, s: Symbols) -> Vector:
         """Return the thrust."""

@@ -217,7 +217,7 @@ class Dynamics:
         state : array_like (6,)
             Position and velocity, inertial, at ``times[0]``.
         times : array_like (n,)
-            Strictly increasing times since the epoch.
+            Times since the epoch, strictly increasing or strictly decreasing.
 
         Returns
         -------
@@ -320,7 +320,8 @@ class Dynamics:
         grid = as_array(times, ("n",), "times")
         if not len(grid):
             raise DataError("no times", allowed="at least one")
-        check_increasing(grid, "times")
+        # Backwards in time is as good.
+        check_increasing(grid if grid[-1] >= grid[0] else -grid, "times")
         if self.tracks is not None and self.system.bodies:
             self.tracks.check(grid)
         return grid

@@ -77,6 +77,10 @@ class Effect(ABC):
         """Names of the other bodies whose positions the effect needs, e.g. ``("sun",)``."""
         return ()
 
+    def events(self, values: Mapping[str, float]) -> tuple[tuple[float, float], ...]:
+        """Return when the force changes abruptly: pairs of time and width of the change, s."""
+        return ()
+
     @abstractmethod
     def acceleration(self, s: Symbols) -> Vector:
         """Return the acceleration, in the length and time units of the parameters."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -79,6 +80,11 @@ class ImpulsiveManoeuvre(Effect):
                 f"{key}_width", unit="s", value=1.0, lower=1e-6, description="width of the push"
             ),
         )
+
+    def events(self, values: Mapping[str, float]) -> tuple[tuple[float, float], ...]:
+        """Return the epoch and the width of the pulse."""
+        key = f"manoeuvre{self.index}"
+        return ((values[f"{key}_t0"], values[f"{key}_width"]),)
 
     def acceleration(self, s: Symbols) -> Vector:
         """Return the pulse."""

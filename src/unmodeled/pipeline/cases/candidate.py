@@ -9,6 +9,7 @@ from unmodeled.core.errors import ConfigError
 from unmodeled.core.parameters import Parameter
 from unmodeled.datasets.measurement_effects import MeasurementEffect
 from unmodeled.models.physics import Effect
+from unmodeled.models.physics.system import POLE_X, POLE_Y, PRIME_MERIDIAN, SPIN_RATE
 
 __all__ = ["Candidate"]
 
@@ -73,5 +74,6 @@ class Candidate:
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         """The estimated parameters."""
-        named = {p.name: p for p in self.effect.parameters}
+        turning = (SPIN_RATE, PRIME_MERIDIAN, POLE_X, POLE_Y)
+        named = {p.name: p for p in (*turning, *self.effect.parameters)}
         return tuple(named[name] for name in self.estimate)

@@ -11,38 +11,11 @@ from unmodeled.datasets.bodies import Body
 from unmodeled.datasets.measurement_effects import MeasurementEffect
 from unmodeled.models.physics import Dynamics, Effect
 from unmodeled.pipeline.cases.candidate import Candidate
-from unmodeled.pipeline.orbit_fit import Arc, OrbitFit, fit_orbits
+from unmodeled.pipeline.cases.spacecraft import Spacecraft
+from unmodeled.pipeline.fit_problem import Arc
+from unmodeled.pipeline.orbit_fit import OrbitFit, fit_orbits
 
-__all__ = ["Case", "Spacecraft"]
-
-
-@dataclass(frozen=True)
-class Spacecraft:
-    """What radiation and air push against.
-
-    Parameters
-    ----------
-    mass : float
-        kg.
-    area : float
-        m2.
-    reflectivity : float
-        Cr, 1 to 2.
-    drag_coefficient : float
-        Cd.
-    """
-
-    mass: float
-    area: float
-    reflectivity: float = 1.3
-    drag_coefficient: float = 2.2
-
-    def __post_init__(self) -> None:
-        for name in ("mass", "area", "reflectivity", "drag_coefficient"):
-            if not getattr(self, name) > 0:
-                raise ConfigError(
-                    f"spacecraft {name} is {getattr(self, name)}", allowed="a number > 0"
-                )
+__all__ = ["Case"]
 
 
 @dataclass(frozen=True)

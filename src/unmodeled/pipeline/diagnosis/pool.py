@@ -1,0 +1,280 @@
+"""All candidates side by side: what each would explain, alone and beside others."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import scipy.stats
+
+from unmodeled.core.arrays import Array
+from unmodeled.pipeline.cases.candidate import Candidate
+from unmodeled.pipeline.linearisation import Linearisation
+
+__all__ = ["Member", "Pool", "SetScore"]
+
+#: A candidate of which less than this share of the signal (in variance) is left by the others is
+#: the same thing as they are: nothing can be said about it beside them.
+_PARALLEL = 1e-8
+
+
+@dataclass(frozen=True)
+class Member:
+    """A candidate at one of the places that are searched.
+
+    Parameters
+    ----------
+    candidate : Candidate
+        The effect.
+    values : mapping of str to float
+        Its parameters, the place included.
+    columns : ndarray of int (k,)
+        Where its columns are in the pool.
+    """
+
+    candidate: Candidate
+    values: Mapping[str, float]
+    columns: Array = field(repr=False)
+
+    @property
+    def size(self) -> int:
+        """Number of estimated parameters."""
+        return len(self.columns)
+
+
+@dataclass(frozen=True)
+class SetScore:
+    """What a set of members explains.
+
+    Parameters
+    ----------
+    members : tuple of int
+        Indices in the pool.
+    drop : float
+        By how much chi-square falls, in the stated sigmas.
+    noise : float
+        Standard deviation of what is left, in stated sigmas.
+    evidence : float
+        Natural logarithm of the Bayes factor against nothing missing, with the candidates' priors
+        and the noise as estimated.
+    estimate : ndarray (k,)
+        In units of the priors, the members' parameters one after another.
+    covariance : ndarray (k, k)
+        Of ``estimate``, with the noise as estimated.
+    """
+
+    members: tuple[int, ...]
+    drop: float
+    noise: float
+    evidence: float
+    estimate: Array
+    covariance: Array
+
+
+class Pool:
+    """Gram matrix of all candidates' projected columns and their products with the residuals.
+
+    Parameters
+    ----------
+    lin : Linearisation
+        Of the model fitted so far.
+    candidates : sequence of Candidate
+        All of them, those already in the model included.
+    accepted : mapping of str to mapping
+        Parameters of the candidates that are in the model: their effect is added back to the
+        residuals, so that sets with and without them can be compared.
+
+    Attributes
+    ----------
+    members : list of Member
+    gram : ndarray (p, p)
+        Of columns in units of the priors.
+    """
+
+    def __init__(
+        self,
+        lin: Linearisation,
+        candidates: Sequence[Candidate],
+        accepted: Mapping[str, Mapping[str, float]] | None = None,
+    ) -> None:
+        self.lin, self.accepted = lin, dict(accepted or {})
+        self.members: list[Member] = []
+        blocks, first = [], 0
+        residual = lin.residuals.copy()
+        for candidate in candidates:
+            for values, columns in _columns(lin, candidate, self.accepted.get(candidate.name)):
+                k = columns.shape[1]
+                self.members.append(Member(candidate, values, np.arange(first, first + k)))
+                first += k
+                blocks.append(columns * np.array(candidate.priors))
+                if candidate.name in self.accepted:
+                    null = np.array([candidate.values[n] for n in candidate.estimate])
+                    now = np.array([values[n] for n in candidate.estimate])
+                    residual += columns @ (now - null)
+        raw = np.concatenate(blocks, axis=1) if blocks else np.zeros((len(residual), 0))
+        self.columns = lin.project(raw)
+        self.residual = lin.project(residual)
+        self.gram = self.columns.T @ self.columns
+        self.product = self.columns.T @ self.residual
+        self.square = float(self.residual @ self.residual)
+        self.freedom = lin.freedom
+        # Against the whole column: what the known columns absorb does not count as parallel.
+        self._floor = _PARALLEL * np.diag(self.gram)
+
+    def score(self, chosen: Sequence[int]) -> SetScore:
+        """Score a set of members together."""
+        index = self._index(chosen)
+        G, c = self.gram[np.ix_(index, index)], self.product[index]
+        inverse = _inverse(G)
+        estimate = inverse @ c
+        drop = float(c @ estimate)
+        left = max(self.square - drop, 1e-12 * self.square)
+        variance = left / max(self.freedom - len(index), 1)
+        return SetScore(
+            tuple(chosen),
+            drop,
+            float(np.sqrt(variance)),
+            self._evidence(chosen, G / variance, c / variance),
+            estimate,
+            inverse * variance,
+        )
+
+    def beside(self, chosen: Sequence[int]) -> tuple[Array, Array]:
+        """Return Gram matrix and products with the columns of a set projected out."""
+        index = self._index(chosen)
+        if not len(index):
+            return self.gram, self.product
+        inverse = _inverse(self.gram[np.ix_(index, index)])
+        cross = self.gram[:, index] @ inverse
+        G = self.gram - cross @ self.gram[index]
+        return G, self.product - cross @ self.product[index]
+
+    def gains(self, chosen: Sequence[int]) -> tuple[Array, Array]:
+        """Return what each member would explain beside a set, and its raw p-value.
+
+        Returns
+        -------
+        drop : ndarray (m,)
+            Fall of chi-square in stated sigmas; 0 for members that are the same as the set.
+        log_p : ndarray (m,)
+            Natural logarithm of the F-test's p-value with the noise as estimated.
+        """
+        G, c = self.beside(chosen)
+        base = self.score(chosen).drop if len(chosen) else 0.0
+        drops = np.array([self._drop(G, c, m.columns) for m in self.members])
+        sizes = np.array([m.size for m in self.members])
+        taken = len(self._index(chosen))
+        return drops, log_p(drops, sizes, self.square - base, self.freedom - taken)
+
+    def shares(self, member: int, chosen: Sequence[int]) -> Array:
+        """Return, for each member, the cosine between its span and a member's fitted signal.
+
+        Both beside the rest of the set: 1 says that the other explains all of the signal.
+        """
+        rest = [m for m in chosen if m != member]
+        G, c = self.beside(rest)
+        own = self.members[member].columns
+        theta = _inverse(G[np.ix_(own, own)]) @ c[own]
+        size = float(theta @ G[np.ix_(own, own)] @ theta)
+        out = np.zeros(len(self.members))
+        if size <= 0:
+            return out
+        for j, m in enumerate(self.members):
+            out[j] = np.sqrt(max(self._drop(G, G[:, own] @ theta, m.columns), 0.0) / size)
+        return np.minimum(out, 1.0)
+
+    def _drop(self, G: Array, c: Array, index: Array) -> float:
+        block = G[np.ix_(index, index)]
+        if len(index) == 1:
+            g = float(block[0, 0])
+            return float(c[index[0]] ** 2 / g) if g > self._floor[index[0]] and g > 0 else 0.0
+        scale = np.sqrt(np.maximum(np.diag(self.gram)[index], 1e-300))
+        size, axes = np.linalg.eigh(block / scale[:, None] / scale)
+        kept = size > _PARALLEL
+        b = (axes.T @ (c[index] / scale))[kept]
+        return float(np.sum(b * b / size[kept]))
+
+    def _evidence(self, chosen: Sequence[int], G: Array, c: Array) -> float:
+        """Log Bayes factor: Gaussian priors, unit variance; a mixture where a value is known.
+
+        With a known value the prior is half "as accepted, within 5 %", half "any of this size".
+        """
+        options: list[list[tuple[float, float]]] = []
+        for k in chosen:
+            candidate = self.members[k].candidate
+            for name, prior in zip(candidate.estimate, candidate.priors, strict=True):
+                broad = (0.0, 1.0)
+                if name in candidate.known:
+                    value, sigma = candidate.known[name]
+                    mean = (value - candidate.values[name]) / prior
+                    width = np.hypot(sigma / prior, 0.05 * abs(mean))
+                    options.append([broad, (mean, width)])
+                else:
+                    options.append([broad])
+        total = -np.inf
+        mixtures = _product(options)
+        for prior_set in mixtures:
+            mean = np.array([p[0] for p in prior_set])
+            width = np.array([p[1] for p in prior_set])
+            d = (c - G @ mean) * width
+            A = G * width[:, None] * width + np.eye(len(mean))
+            factor = np.linalg.cholesky(A)
+            half = np.linalg.solve(factor, d)
+            value = c @ mean - 0.5 * mean @ G @ mean + 0.5 * half @ half
+            value -= np.sum(np.log(np.diag(factor)))
+            total = float(np.logaddexp(total, value))
+        return total - float(np.log(len(mixtures)))
+
+    def _index(self, chosen: Sequence[int]) -> Array:
+        if not len(chosen):
+            return np.zeros(0, dtype=int)
+        return np.concatenate([self.members[k].columns for k in chosen])
+
+
+def log_p(drops: Array, sizes: Array, square: float, freedom: int) -> Array:
+    """Return ln of the F-test's p-value for falls of chi-square out of ``square``."""
+    drops = np.minimum(np.asarray(drops, dtype=float), square * (1.0 - 1e-12))
+    rest = np.maximum(freedom - sizes, 1)
+    ratio = (drops / sizes) / ((square - drops) / rest)
+    # Beta form: its logarithm stays finite where that of the F distribution underflows.
+    tail = scipy.stats.beta.logsf(drops / square, 0.5 * sizes, 0.5 * rest)
+    far = -0.5 * rest * np.log1p(sizes * ratio / rest)
+    value: Array = np.where(np.isfinite(tail), tail, far)
+    return value
+
+
+def _columns(
+    lin: Linearisation, candidate: Candidate, accepted: Mapping[str, float] | None
+) -> list[tuple[dict[str, float], Array]]:
+    """Values and columns of a candidate at each place; at its own place if it is in the model."""
+    if accepted is None:
+        places = candidate.places or ({},)
+        values = [{**candidate.values, **place} for place in places]
+        at = values
+    else:
+        values = [{**candidate.values, **accepted}]
+        # An instrument in the model already did its work on the measurements.
+        at = values if candidate.is_force else [dict(candidate.values)]
+    return [
+        (v, lin.columns(candidate.effect, a, candidate.estimate))
+        for v, a in zip(values, at, strict=True)
+    ]
+
+
+def _inverse(G: Array) -> Array:
+    """Inverse of a Gram matrix; directions that are rounding are left out."""
+    if not len(G):
+        return G
+    scale = np.sqrt(np.maximum(np.diag(G), 1e-300))
+    size, axes = np.linalg.eigh(G / scale[:, None] / scale)
+    kept = size > _PARALLEL
+    inverse: Array = (axes[:, kept] / size[kept]) @ axes[:, kept].T / scale[:, None] / scale
+    return inverse
+
+
+def _product(options: list[list[tuple[float, float]]]) -> list[list[tuple[float, float]]]:
+    sets: list[list[tuple[float, float]]] = [[]]
+    for choices in options:
+        sets = [[*s, choice] for s in sets for choice in choices]
+    return sets
