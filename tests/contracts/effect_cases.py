@@ -22,6 +22,7 @@ from unmodeled.models.physics import (
     PowerLawGravity,
     Schwarzschild,
     SolarRadiationPressure,
+    SolidTide,
     SphericalHarmonics,
     ThirdBody,
     Zonal,
@@ -114,6 +115,7 @@ STILL = Tracks(
 LIGHT = {"srp_CrA_m": 0.7, "srp_pressure": 0.9, "au": 4.0}
 # A Sun as wide as the body, as seen from the Moon: the penumbra is everywhere.
 ECLIPSE = LIGHT | {"shadow_radius": 1.05, "sun_radius": 2.0}
+TIDE = {"tide_k2": 0.6, "R_ref": 0.9, "GM_sun": 2.0, "GM_moon": 0.7}
 RELATIVITY = {"GM": 1.3, "c": 3.0}
 AIR = {"drag_B": 0.6, "drag_rho0": 0.4, "drag_r0": 1.1, "drag_H": 1.3, "drag_omega": 0.2}
 MASCON = {"mascon1_GM": 0.15, "mascon1_x": 0.3, "mascon1_y": -0.2, "mascon1_z": 0.1}
@@ -177,6 +179,12 @@ EFFECT_CASES: dict[str, EffectCase] = {
     ),
     "Schwarzschild": moving(
         Schwarzschild(), RELATIVITY | {"schwarzschild_scale": 0.8}, axisymmetric=True
+    ),
+    "solid tide": EffectCase(SolidTide(), TIDE, tracks=MOVING),
+    "solid tide of the Moon, still": EffectCase(
+        SolidTide(("moon",)),
+        {k: v for k, v in TIDE.items() if k != "GM_sun"},
+        tracks=STILL,
     ),
     "sunlight": EffectCase(SolarRadiationPressure(shadow=False), LIGHT, tracks=MOVING),
     "sunlight, still": EffectCase(

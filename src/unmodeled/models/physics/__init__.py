@@ -13,6 +13,7 @@ from unmodeled.models.physics.power_law import PowerLawGravity
 from unmodeled.models.physics.relativity import Schwarzschild
 from unmodeled.models.physics.rtn_acceleration import ConstantRTN, OncePerRevolutionRTN
 from unmodeled.models.physics.solar_radiation_pressure import SolarRadiationPressure
+from unmodeled.models.physics.solid_tide import SolidTide
 from unmodeled.models.physics.spherical_harmonics import SphericalHarmonics, coefficient_names
 from unmodeled.models.physics.third_body import ThirdBody
 from unmodeled.models.physics.yarkovsky import NonGravitationalA123
@@ -34,6 +35,7 @@ __all__ = [
     "PowerLawGravity",
     "Schwarzschild",
     "SolarRadiationPressure",
+    "SolidTide",
     "SphericalHarmonics",
     "Symbols",
     "ThirdBody",
