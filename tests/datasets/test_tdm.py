@@ -184,3 +184,46 @@ def test_a_telescope_track_of_a_gps_satellite(real_folder):
     assert len(ascension) == 60
     assert got.segments[0].frame == "EME2000"
     assert set(table["path"]) == {"03005A > UTA-ASTRIANet-02"}
+
+
+def xml(meta, rows, version="2.0"):
+    keys = "".join(f"<{k}>{v}</{k}>" for k, v in meta.items())
+    data = "".join(
+        f"<observation><EPOCH>{e}</EPOCH><{k}>{x}</{k}></observation>" for k, e, x in rows
+    )
+    return (
+        '<?xml version="1.0" encoding="UTF-8"?>'
+        f'<tdm id="CCSDS_TDM_VERS" version="{version}">'
+        "<header><ORIGINATOR>TEST</ORIGINATOR></header>"
+        f"<body><segment><metadata><COMMENT>track 7</COMMENT>{keys}</metadata>"
+        f"<data>{data}</data></segment></body></tdm>"
+    )
+
+
+def test_xml_says_the_same_as_kvn(write):
+    one, two = read_tdm(write(tdm((META, ROWS)))), read_tdm(write(xml(META, ROWS), "a.xml"))
+    assert one.observations.equals(two.observations)
+    assert (one.epoch, one.segments, one.version) == (two.epoch, two.segments, two.version)
+    assert two.originator == "TEST"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("<oem/>", "is not a TDM in KVN or XML"),
+        (xml(META, ROWS)[:-40], "not well-formed XML.*cut short"),
+        (xml(META, ROWS, "7.0"), r'VERS is "7\.0"'),
+        (xml(META, []), "no observations in a segment"),
+        (xml(META, [("RANGE", "2017-01-01T00:00:00", "nan")]), "observation 1: .*not a finite"),
+        (xml(META, ROWS).replace("<RANGE>1234.5</RANGE>", ""), "observation 3 has EPOCH"),
+        (xml(META, ROWS).replace("<ANGLE_1>", '<ANGLE_1 units="rad">'), 'units "rad".*deg'),
+        (xml(META, ROWS).replace("<RANGE>", '<RANGE units="s">'), 'units "s".*Allowed: km'),
+        (xml(META, ROWS[::-1]), ""),
+    ],
+)
+def test_bad_xml(write, text, message):
+    if not message:  # keyword by keyword, nothing goes back
+        assert len(read_tdm(write(text)).observations) == len(ROWS)
+        return
+    with pytest.raises(DataError, match=message):
+        read_tdm(write(text))

@@ -1,4 +1,4 @@
-"""Reader of tracking data messages of the CCSDS, KVN, versions 1 and 2 [CCSDS503].
+"""Reader of tracking data messages of the CCSDS, KVN and XML, versions 1 and 2 [CCSDS503].
 
 The result is one row an observation, in SI, and the metadata of each segment.  Nothing is
 corrected: whether light time, troposphere or aberration have been taken out is in
@@ -27,6 +27,7 @@ from unmodeled.core.errors import DataError
 from unmodeled.core.time import seconds_between
 from unmodeled.datasets.ccsds import elapsed, read_text, required, time_system
 from unmodeled.datasets.tdm_format import RawSegment, meaning, parse, path_words
+from unmodeled.datasets.tdm_xml import parse_xml
 
 __all__ = ["TdmSegment", "TrackingData", "read_tdm"]
 
@@ -102,12 +103,12 @@ class TrackingData:
 
 
 def read_tdm(path: str | Path) -> TrackingData:
-    """Read a TDM in KVN.
+    """Read a TDM.
 
     Parameters
     ----------
     path : str or Path
-        The file, plain or ``.gz``.
+        The file, KVN or XML (told apart by content), plain or ``.gz``.
 
     Returns
     -------
@@ -117,12 +118,13 @@ def read_tdm(path: str | Path) -> TrackingData:
     Raises
     ------
     DataError
-        If the file is missing, empty, XML, not a TDM, of an unknown version, cut short or
+        If the file is missing, empty, not a TDM, of an unknown version, cut short or
         malformed; its time system is not one of ours; an observation's meaning is left open (see
         :func:`unmodeled.datasets.tdm_format.meaning`); or dates of one keyword go back.
     """
     path = Path(path)
-    header, raw = parse(read_text(path), path.name)
+    text = read_text(path)
+    header, raw = (parse_xml if text.lstrip().startswith("<") else parse)(text, path.name)
     tables, segments, unknown = [], [], []
     start = ""
     for number, part in enumerate(raw):
@@ -167,7 +169,7 @@ def _segment(part: RawSegment, file: str) -> TdmSegment:
 
 
 def _table(part: RawSegment, segment: TdmSegment, file: str) -> tuple[str, pd.DataFrame, list[str]]:
-    places = [f"line {number}" for number, *_ in part.rows]
+    places = [f"{part.place} {number}" for number, *_ in part.rows]
     epoch, times = elapsed([e for _, _, e, _ in part.rows], segment.time_system, places, file)
     offset = part.meta.get("FREQ_OFFSET", "0")
     kinds, values, units, unknown = [], [], [], []

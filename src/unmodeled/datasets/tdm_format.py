@@ -12,7 +12,16 @@ from unmodeled.core.constants import SPEED_OF_LIGHT
 from unmodeled.core.errors import DataError
 from unmodeled.datasets.ccsds import check_version, keywords
 
-__all__ = ["ANGLES", "RawSegment", "meaning", "parse", "path_words"]
+__all__ = [
+    "ANGLES",
+    "RawSegment",
+    "check_filled",
+    "meaning",
+    "not_tdm",
+    "observation",
+    "parse",
+    "path_words",
+]
 
 _DEGREE = math.pi / 180
 #: ANGLE_TYPE -> kinds of ANGLE_1 and ANGLE_2.
@@ -49,11 +58,12 @@ _KNOWN = {
 
 @dataclass
 class RawSegment:
-    """One segment as the file has it; a row is line, keyword, epoch, number."""
+    """One segment as the file has it; a row is number of ``place``, keyword, epoch, reading."""
 
     meta: dict[str, str] = field(default_factory=dict)
     comments: list[str] = field(default_factory=list)
     rows: list[tuple[int, str, str, float]] = field(default_factory=list)
+    place: str = "line"
 
 
 def parse(text: str, file: str) -> tuple[dict[str, str], list[RawSegment]]:
@@ -61,11 +71,7 @@ def parse(text: str, file: str) -> tuple[dict[str, str], list[RawSegment]]:
     lines = list(keywords(text))
     first = next((line for line in lines if line[1] != "COMMENT"), lines[0])
     if first[1] != "CCSDS_TDM_VERS":
-        raise DataError(
-            f'{file} is not a TDM in KVN: it begins "{first[1][:30]}"',
-            allowed="a first line CCSDS_TDM_VERS = 2.0",
-            do="read orbits with unmodeled.read_trajectory; have XML converted to KVN",
-        )
+        raise not_tdm(first[1], file)
     check_version(first[2], "TDM", file)
     header: dict[str, str] = {}
     raw: list[RawSegment] = []
@@ -88,7 +94,7 @@ def parse(text: str, file: str) -> tuple[dict[str, str], list[RawSegment]]:
         elif part == "metadata":
             raw[-1].meta[key] = value
         elif part == "data":
-            raw[-1].rows.append(_observation(number, key, value, file))
+            raw[-1].rows.append(observation(number, key, value, f"{file}, line {number}"))
         else:
             raise DataError(
                 f'{file}, line {number}: "{key}" is out of place',
@@ -96,12 +102,27 @@ def parse(text: str, file: str) -> tuple[dict[str, str], list[RawSegment]]:
             )
     if part not in ("between", "header"):
         raise DataError(f"{file} ends within its {part}", do="it is cut short: fetch it again")
-    if not raw or not all(r.rows for r in raw):
-        raise DataError(f"{file} has no observations in a segment", do="fetch the file again")
+    check_filled(raw, file)
     return header, raw
 
 
-def _observation(number: int, key: str, value: str, file: str) -> tuple[int, str, str, float]:
+def not_tdm(begin: str, file: str) -> DataError:
+    """Return the error for a file of another kind."""
+    return DataError(
+        f'{file} is not a TDM in KVN or XML: it begins "{begin[:30]}"',
+        allowed="a first line CCSDS_TDM_VERS = 2.0, or XML with <tdm> in it",
+        do="read orbits with unmodeled.read_trajectory",
+    )
+
+
+def check_filled(raw: list[RawSegment], file: str) -> None:
+    """Refuse a message without segments, or with one that has no observations."""
+    if not raw or not all(r.rows for r in raw):
+        raise DataError(f"{file} has no observations in a segment", do="fetch the file again")
+
+
+def observation(number: int, key: str, value: str, where: str) -> tuple[int, str, str, float]:
+    """Read date and number of one observation; ``where`` is its place, for errors."""
     words = value.split()
     try:
         epoch, text = words
@@ -110,7 +131,7 @@ def _observation(number: int, key: str, value: str, file: str) -> tuple[int, str
             raise ValueError
     except ValueError as exc:
         raise DataError(
-            f'{file}, line {number}: "{key} = {value}" is cut short or not a finite number',
+            f'{where}: "{key} = {value}" is cut short or not a finite number',
             allowed="KEYWORD = date number",
             do="remove or repair this observation",
         ) from exc
