@@ -20,6 +20,7 @@ from unmodeled.models.physics import (
     OncePerRevolutionRTN,
     PointMass,
     PowerLawGravity,
+    ScaledField,
     Schwarzschild,
     SolarRadiationPressure,
     SolidTide,
@@ -77,6 +78,13 @@ def full(degree, order=None, min_degree=2, **claims):
         coefficients(degree, order, min_degree),
         **claims,
     )
+
+
+def published(degree, order=None, part="all", min_degree=2, **claims):
+    """EGM2008 a hundred times too strong, or it would not be seen beside a point mass."""
+    effect = ScaledField("egm2008", degree, order, part, min_degree)
+    values = {effect.scale_name: 1e2, "egm2008_GM": 1.3, "egm2008_R": 0.9}
+    return EffectCase(effect, values, **claims)
 
 
 def spinning(degree):
@@ -180,6 +188,9 @@ EFFECT_CASES: dict[str, EffectCase] = {
     "Schwarzschild": moving(
         Schwarzschild(), RELATIVITY | {"schwarzschild_scale": 0.8}, axisymmetric=True
     ),
+    "published field 4": published(4),
+    "published tesserals 3-6, order 2": published(6, 2, "tesserals", 3),
+    "published zonals 5": published(5, part="zonals", axisymmetric=True),
     "solid tide": EffectCase(SolidTide(), TIDE, tracks=MOVING),
     "solid tide of the Moon, still": EffectCase(
         SolidTide(("moon",)),

@@ -4,6 +4,7 @@ from unmodeled.models.physics.continuous_thrust import ContinuousThrust
 from unmodeled.models.physics.drag import ExponentialDrag
 from unmodeled.models.physics.dynamics import Dynamics, VariationalOrbit
 from unmodeled.models.physics.effect import Effect, Symbols, Vector
+from unmodeled.models.physics.egm2008 import egm2008_values
 from unmodeled.models.physics.inertial_acceleration import ConstantInertial
 from unmodeled.models.physics.lense_thirring import LenseThirring
 from unmodeled.models.physics.manoeuvre import ImpulsiveManoeuvre
@@ -12,6 +13,7 @@ from unmodeled.models.physics.point_mass import PointMass
 from unmodeled.models.physics.power_law import PowerLawGravity
 from unmodeled.models.physics.relativity import Schwarzschild
 from unmodeled.models.physics.rtn_acceleration import ConstantRTN, OncePerRevolutionRTN
+from unmodeled.models.physics.scaled_field import ScaledField
 from unmodeled.models.physics.solar_radiation_pressure import SolarRadiationPressure
 from unmodeled.models.physics.solid_tide import SolidTide
 from unmodeled.models.physics.spherical_harmonics import SphericalHarmonics, coefficient_names
@@ -33,6 +35,7 @@ __all__ = [
     "OncePerRevolutionRTN",
     "PointMass",
     "PowerLawGravity",
+    "ScaledField",
     "Schwarzschild",
     "SolarRadiationPressure",
     "SolidTide",
@@ -43,4 +46,5 @@ __all__ = [
     "Vector",
     "Zonal",
     "coefficient_names",
+    "egm2008_values",
 ]
