@@ -1,5 +1,6 @@
 """Effects written once as symbols; accelerations, orbits and partials are compiled from them."""
 
+from unmodeled.models.physics.albedo import Albedo
 from unmodeled.models.physics.continuous_thrust import ContinuousThrust
 from unmodeled.models.physics.drag import ExponentialDrag
 from unmodeled.models.physics.dynamics import Dynamics, VariationalOrbit
@@ -7,6 +8,7 @@ from unmodeled.models.physics.effect import Effect, Symbols, Vector
 from unmodeled.models.physics.egm2008 import egm2008_values
 from unmodeled.models.physics.inertial_acceleration import ConstantInertial
 from unmodeled.models.physics.lense_thirring import LenseThirring
+from unmodeled.models.physics.linear_radial import LinearRadial
 from unmodeled.models.physics.manoeuvre import ImpulsiveManoeuvre
 from unmodeled.models.physics.mascon import Mascon
 from unmodeled.models.physics.point_mass import PointMass
@@ -17,11 +19,14 @@ from unmodeled.models.physics.scaled_field import ScaledField
 from unmodeled.models.physics.solar_radiation_pressure import SolarRadiationPressure
 from unmodeled.models.physics.solid_tide import SolidTide
 from unmodeled.models.physics.spherical_harmonics import SphericalHarmonics, coefficient_names
+from unmodeled.models.physics.sun_line_push import SunLinePush
+from unmodeled.models.physics.tesseral import Tesseral
 from unmodeled.models.physics.third_body import ThirdBody
 from unmodeled.models.physics.yarkovsky import NonGravitationalA123
 from unmodeled.models.physics.zonal import Zonal
 
 __all__ = [
+    "Albedo",
     "ConstantInertial",
     "ConstantRTN",
     "ContinuousThrust",
@@ -30,6 +35,7 @@ __all__ = [
     "ExponentialDrag",
     "ImpulsiveManoeuvre",
     "LenseThirring",
+    "LinearRadial",
     "Mascon",
     "NonGravitationalA123",
     "OncePerRevolutionRTN",
@@ -40,7 +46,9 @@ __all__ = [
     "SolarRadiationPressure",
     "SolidTide",
     "SphericalHarmonics",
+    "SunLinePush",
     "Symbols",
+    "Tesseral",
     "ThirdBody",
     "VariationalOrbit",
     "Vector",
