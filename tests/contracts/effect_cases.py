@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from unmodeled.models.physics import (
+    Albedo,
     ConstantInertial,
     ConstantRTN,
     ContinuousThrust,
@@ -15,6 +16,7 @@ from unmodeled.models.physics import (
     ExponentialDrag,
     ImpulsiveManoeuvre,
     LenseThirring,
+    LinearRadial,
     Mascon,
     NonGravitationalA123,
     OncePerRevolutionRTN,
@@ -25,6 +27,7 @@ from unmodeled.models.physics import (
     SolarRadiationPressure,
     SolidTide,
     SphericalHarmonics,
+    SunLinePush,
     ThirdBody,
     Zonal,
 )
@@ -152,6 +155,13 @@ EFFECT_CASES: dict[str, EffectCase] = {
     "harmonics 5, order 0": full(5, 0, axisymmetric=True),
     "harmonics 6, order 2, from degree 3": full(6, 2, 3),
     "harmonics 3, spinning": spinning(3),
+    "albedo": EffectCase(
+        Albedo(),
+        LIGHT | {"shadow_radius": 0.9, "body_albedo": 0.6},
+        potential=False,
+        harmonic=False,
+        tracks=MOVING,
+    ),
     "constant inertial": EffectCase(
         ConstantInertial(), {"inertial_a_x": 2e-3, "inertial_a_y": -3e-3, "inertial_a_z": 1e-3}
     ),
@@ -162,6 +172,7 @@ EFFECT_CASES: dict[str, EffectCase] = {
         RELATIVITY | {"lense_thirring_scale": 0.9, "lense_thirring_J": 1.7},
         axisymmetric=True,
     ),
+    "linear radial": central(LinearRadial(), {"linear_radial_k": 2e-3}, axisymmetric=True),
     "manoeuvre": moving(
         ImpulsiveManoeuvre(), PUSH | named("manoeuvre1_dv_", "RTN"), axisymmetric=True
     ),
@@ -197,6 +208,8 @@ EFFECT_CASES: dict[str, EffectCase] = {
         {k: v for k, v in TIDE.items() if k != "GM_sun"},
         tracks=STILL,
     ),
+    "Sun-line push": central(SunLinePush(), {"sun_line_a": 0.3}, tracks=MOVING),
+    "Sun-line push, still": central(SunLinePush(), {"sun_line_a": 2e-3}, tracks=STILL),
     "sunlight": EffectCase(SolarRadiationPressure(shadow=False), LIGHT, tracks=MOVING),
     "sunlight, still": EffectCase(
         SolarRadiationPressure(shadow=False), LIGHT | {"srp_CrA_m": 2e-3}, tracks=STILL
