@@ -104,6 +104,7 @@ class Linearisation:
         shared.append(np.diag(prior)[held])
         self.residuals = np.concatenate(residuals)
         self.measured = first
+        self._blocks = states
         self._states = [_orthonormal(block) for block in states]
         known = np.concatenate(shared)
         self._shared = _orthonormal(self._without_states(known), known)
@@ -205,6 +206,15 @@ class Linearisation:
         size = np.linalg.norm(flat, axis=0)
         left[:, np.linalg.norm(left, axis=0) < _EMPTY * size] = 0.0
         return left[:, 0] if columns.ndim == 1 else left
+
+    def state_steps(self, residuals: Array) -> Array:
+        """Return the changes of the initial states (a, 6) that fit residuals best."""
+        steps = []
+        for a, block in zip(self.arcs, self._blocks, strict=True):
+            size = np.linalg.norm(block, axis=0)
+            scale = np.where(size > 0, size, 1.0)
+            steps.append(np.linalg.lstsq(block / scale, residuals[a.rows], rcond=1e-13)[0] / scale)
+        return np.array(steps)
 
     def rows(self) -> pd.DataFrame:
         """Describe the measured rows: arc, label, component, t_s, in the order of the residuals."""

@@ -93,6 +93,7 @@ def fit_orbits(
     instruments: Sequence[MeasurementEffect] = (),
     instrument_values: Mapping[str, float] | None = None,
     edit_sigmas: float | None = None,
+    settled: float = 0.0,
 ) -> OrbitFit:
     """Fit initial states and shared parameters by Levenberg-Marquardt.
 
@@ -116,6 +117,9 @@ def fit_orbits(
     edit_sigmas : float, optional
         Components whose residual exceeds this many sigmas after a fit are left out of the next,
         until none changes; they are marked in ``residuals``.
+    settled : float
+        Stop already when the cost falls by less than this, or by less than its millionth: for
+        searches that need a fit good to a fraction of a sigma. 0: to convergence.
 
     Raises
     ------
@@ -133,7 +137,7 @@ def fit_orbits(
     used = [np.ones(m.values.size, dtype=bool) for arc in arcs for m in arc.measurements]
     iterations = 0
     for _ in range(_MAX_EDITS):
-        point, count = _levenberg_marquardt(problem, point, used)
+        point, count = _levenberg_marquardt(problem, point, used, settled)
         iterations += count
         if edit_sigmas is None:
             break
@@ -180,7 +184,9 @@ def _result(problem: FitProblem, point: Point, used: list[Array], iterations: in
     )
 
 
-def _levenberg_marquardt(problem: FitProblem, point: Point, used: list[Array]) -> tuple[Point, int]:
+def _levenberg_marquardt(
+    problem: FitProblem, point: Point, used: list[Array], settled: float
+) -> tuple[Point, int]:
     """Iterate to convergence; return the final point and the number of iterations."""
     unknowns = 6 * len(problem.arcs) + len(problem.names)
     count = int(sum(u.sum() for u in used)) + int(np.sum(problem.prior > 0))
@@ -213,7 +219,8 @@ def _levenberg_marquardt(problem: FitProblem, point: Point, used: list[Array]) -
         if fresh <= cost:
             point, cost = trial, fresh
         damping = max(damping / 10.0, 1e-15)
-        if moved < _STEP or 0 <= fell <= _COST * cost:
+        enough = max(_COST * cost, settled, 1e-6 * cost if settled else 0.0)
+        if moved < _STEP or 0 <= fell <= enough:
             return point, iteration
     raise NumericalError(
         f"the orbit fit does not converge in {_MAX_ITERATIONS} iterations (cost {cost:.6g})",

@@ -75,8 +75,8 @@ class Case:
                 f"false_alarm is {self.false_alarm}", allowed="a probability between 0 and 0.5"
             )
 
-    def fit(self, edit_sigmas: float | None = None) -> OrbitFit:
-        """Fit the states of all arcs and the free parameters."""
+    def fit(self, edit_sigmas: float | None = None, settled: float = 0.0) -> OrbitFit:
+        """Fit the states of all arcs and the free parameters, see `fit_orbits`."""
         return fit_orbits(
             self.dynamics,
             self.arcs,
@@ -84,6 +84,7 @@ class Case:
             instruments=self.instruments,
             instrument_values=self.instrument_values,
             edit_sigmas=edit_sigmas,
+            settled=settled,
         )
 
     def with_effect(

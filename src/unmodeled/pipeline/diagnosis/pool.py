@@ -113,6 +113,7 @@ class Pool:
                     now = np.array([values[n] for n in candidate.estimate])
                     residual += columns @ (now - null)
         raw = np.concatenate(blocks, axis=1) if blocks else np.zeros((len(residual), 0))
+        self._raw, self._raw_residual = raw, residual
         self.columns = lin.project(raw)
         self.residual = lin.project(residual)
         self.gram = self.columns.T @ self.columns
@@ -166,6 +167,11 @@ class Pool:
         sizes = np.array([m.size for m in self.members])
         taken = len(self._index(chosen))
         return drops, log_p(drops, sizes, self.square - base, self.freedom - taken)
+
+    def state_steps(self, s: SetScore) -> Array:
+        """Return how the initial states (a, 6) move when a set is put in."""
+        left = self._raw_residual - self._raw[:, self._index(s.members)] @ s.estimate
+        return self.lin.state_steps(left)
 
     def shares(self, member: int, chosen: Sequence[int]) -> Array:
         """Return, for each member, the cosine between its span and a member's fitted signal.
@@ -221,9 +227,9 @@ class Pool:
             A = G * width[:, None] * width + np.eye(len(mean))
             factor = np.linalg.cholesky(A)
             half = np.linalg.solve(factor, d)
-            value = c @ mean - 0.5 * mean @ G @ mean + 0.5 * half @ half
-            value -= np.sum(np.log(np.diag(factor)))
-            total = float(np.logaddexp(total, value))
+            gain = float(c @ mean - 0.5 * mean @ G @ mean + 0.5 * half @ half)
+            gain -= float(np.sum(np.log(np.diag(factor))))
+            total = float(np.logaddexp(total, gain))
         return total - float(np.log(len(mixtures)))
 
     def _index(self, chosen: Sequence[int]) -> Array:

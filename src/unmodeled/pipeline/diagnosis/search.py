@@ -1,0 +1,113 @@
+"""Which set of candidates explains the residuals: a search that can change its mind."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from unmodeled.pipeline.diagnosis.pool import Pool, SetScore, log_p
+
+__all__ = ["best_set", "drop_p"]
+
+#: Sets that are followed side by side, and how many ways of growing each are tried.
+_BEAM = 5
+#: A set must beat another by this much evidence to replace it: 3 to 1.
+_MARGIN = float(np.log(3.0))
+
+
+def best_set(pool: Pool, start: Sequence[int], limit: float, growth: int) -> SetScore:
+    """Return the set with the most evidence whose members all pass the threshold.
+
+    From ``start``, sets are grown by up to ``growth`` members and members are exchanged, several
+    sets side by side: a blend of two effects that looks like a third is undone when both are in.
+
+    Parameters
+    ----------
+    pool : Pool
+        The candidates.
+    start : sequence of int
+        Members that are in the model now.
+    limit : float
+        ln p that every member must reach when it alone is dropped from the set.
+    growth : int
+        How many members may be added.
+    """
+    known: dict[frozenset[int], SetScore] = {}
+
+    def score(chosen: Sequence[int]) -> SetScore:
+        key = frozenset(chosen)
+        if key not in known:
+            known[key] = pool.score(sorted(chosen))
+        return known[key]
+
+    best = _pruned(pool, score(tuple(start)), limit)
+    beam = [best]
+    for _ in range(growth):
+        grown: dict[frozenset[int], SetScore] = {}
+        for current in beam:
+            drops, p = pool.gains(current.members)
+            free = _free(pool, current.members)
+            order = [k for k in np.argsort(p) if k in free and drops[k] > 0][: 2 * _BEAM]
+            for k in order:
+                candidate = score((*current.members, int(k)))
+                grown[frozenset(candidate.members)] = candidate
+        ranked = sorted(grown.values(), key=lambda s: -s.evidence)
+        beam = ranked[:_BEAM]
+        for candidate in beam:
+            settled = _exchanged(pool, candidate, score)
+            if settled.evidence > best.evidence + _MARGIN and _passes(pool, settled, limit):
+                best = settled
+    return _exchanged(pool, best, score, limit)
+
+
+def drop_p(pool: Pool, chosen: Sequence[int], member: int) -> tuple[float, float]:
+    """Return by how much chi-square rises without one member of a set, and its ln p."""
+    whole = pool.score(chosen)
+    rest = pool.score([m for m in chosen if m != member])
+    size = pool.members[member].size
+    drop = max(whole.drop - rest.drop, 0.0)
+    taken = sum(pool.members[m].size for m in rest.members)
+    p = log_p(np.array([drop]), np.array([size]), pool.square - rest.drop, pool.freedom - taken)
+    return drop, float(p[0])
+
+
+def _passes(pool: Pool, s: SetScore, limit: float) -> bool:
+    return all(drop_p(pool, s.members, m)[1] <= limit for m in s.members)
+
+
+def _pruned(pool: Pool, s: SetScore, limit: float) -> SetScore:
+    """Drop the weakest member until all pass."""
+    while s.members:
+        p = {m: drop_p(pool, s.members, m)[1] for m in s.members}
+        weakest = max(p, key=lambda m: p[m])
+        if p[weakest] <= limit:
+            return s
+        s = pool.score([m for m in s.members if m != weakest])
+    return s
+
+
+def _exchanged(pool: Pool, s: SetScore, score, limit: float | None = None) -> SetScore:  # type: ignore[no-untyped-def]
+    """Exchange single members for others while the evidence grows."""
+    for _ in range(4 * max(len(s.members), 1)):
+        best = s
+        for out in s.members:
+            rest = [m for m in s.members if m != out]
+            drops, p = pool.gains(rest)
+            free = _free(pool, rest)
+            for k in [k for k in np.argsort(p) if k in free and drops[k] > 0][: 2 * _BEAM]:
+                candidate = score((*rest, int(k)))
+                if candidate.evidence > best.evidence + _MARGIN and (
+                    limit is None or _passes(pool, candidate, limit)
+                ):
+                    best = candidate
+        if best is s:
+            return s
+        s = best
+    return s
+
+
+def _free(pool: Pool, chosen: Sequence[int]) -> set[int]:
+    """Members of candidates that the set does not have yet."""
+    taken = {pool.members[m].candidate.name for m in chosen}
+    return {k for k, m in enumerate(pool.members) if m.candidate.name not in taken}
