@@ -81,6 +81,8 @@ class MeasurementConfig(Section):
     start: Any = None
     end: Any = None
     light_time: bool = False
+    astrometric: bool = False
+    round_trip: bool | None = None
     label: str | None = None
 
     @model_validator(mode="after")
@@ -89,12 +91,18 @@ class MeasurementConfig(Section):
             unit = KINDS[self.kind][0].replace(" s-1", "/s")
             raise ConfigError(
                 f"sigma of {self.file} is not stated",
-                do=f'write the standard deviation of its noise, e.g. "sigma: 0.5 {unit}"',
+                do=f'write the standard deviation of its noise, e.g. "sigma: 0.5 {unit}", or '
+                '"sigma: file" if its columns state it',
             )
         return self
 
+    @property
+    def sigma_in_file(self) -> bool:
+        """True if the file's own columns state it: ``sigma: file``."""
+        return bool(self.sigma == "file")
+
     def sigmas(self) -> float | tuple[float, float]:
-        """Standard deviation in SI; a pair (position, velocity) for states."""
+        """Return the standard deviation in SI; a pair (position, velocity) for states."""
         wanted = KINDS[self.kind]
         given = self.sigma if isinstance(self.sigma, list | tuple) else [self.sigma]
         if len(given) != len(wanted):
@@ -118,7 +126,7 @@ class StateConfig(Section):
     velocity: Any
 
     def state(self) -> list[float]:
-        """Six numbers, SI."""
+        """Return six numbers, SI."""
         position = parse_vector(self.position, "m", "initial_state.position")
         return position + parse_vector(self.velocity, "m s-1", "initial_state.velocity")
 

@@ -17,7 +17,15 @@ from unmodeled.models.physics.system import PRIME_MERIDIAN, SPIN_RATE
 from unmodeled.pipeline.cases.accepted_values import Surveyed
 from unmodeled.pipeline.cases.quantities import parse_quantity, write_quantity
 
-__all__ = ["AnyEffect", "Known", "build_effect", "effect_names", "entry_of", "read_known"]
+__all__ = [
+    "AnyEffect",
+    "Known",
+    "build_effect",
+    "effect_names",
+    "entry_of",
+    "parameter_names",
+    "read_known",
+]
 
 AnyEffect: TypeAlias = Effect | MeasurementEffect
 
@@ -180,6 +188,11 @@ def entry_of(
             for n, sigma in free.items()
         }
     return entry
+
+
+def parameter_names(effect: AnyEffect | None) -> tuple[str, ...]:
+    """Return the names of an effect's parameters; of the rotation for None."""
+    return tuple(p.name for p in _parameters(effect))
 
 
 @cache

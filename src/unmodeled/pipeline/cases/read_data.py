@@ -3,24 +3,135 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from unmodeled.core.arrays import Array
+from unmodeled.core.errors import ConfigError, DataError
+from unmodeled.datasets.measurement_files import read_measurements
 from unmodeled.datasets.measurements import Measurements
 from unmodeled.datasets.station import Station
-from unmodeled.pipeline.cases.case_config import CaseConfig, StationConfig, parse_vector
+from unmodeled.pipeline.cases.case_config import (
+    CaseConfig,
+    MeasurementConfig,
+    StationConfig,
+    parse_vector,
+)
+from unmodeled.pipeline.cases.cut_arcs import seconds_after
 from unmodeled.pipeline.cases.quantities import parse_quantity
 from unmodeled.pipeline.cases.surroundings import Surroundings
 
 __all__ = ["read_data", "stations_of"]
 
 
+_BODY_EQUATOR = "body_equator"
+_ORBITS = ("position", "position_velocity")
+
+
 def read_data(
     config: CaseConfig, around: Surroundings, folders: Sequence[Path]
 ) -> tuple[Measurements, ...]:
-    """Read all files. (Waits for measurement_files.)"""
-    raise NotImplementedError
+    """Read all measurement files of a case.
+
+    Parameters
+    ----------
+    config : CaseConfig
+        Files, kinds, sigmas and stations.
+    around : Surroundings
+        Axes of the forces: positions are turned to them.
+    folders : sequence of Path
+        Where relative file names are looked for, in this order.
+
+    Returns
+    -------
+    tuple of Measurements
+        SI, seconds since the case's epoch.
+
+    Raises
+    ------
+    ConfigError
+        If a frame does not fit the kind or the body.
+    DataError
+        If a file is missing or wrong; see `read_measurements`.
+    """
+    stations = stations_of(config, around)
+    sets: list[Measurements] = []
+    for entry in config.measurements:
+        path = _found(entry.file, folders)
+        equatorial = entry.frame == _BODY_EQUATOR
+        _check_frame(entry, around)
+        read = read_measurements(
+            path,
+            entry.kind,
+            sigma=None if entry.sigma_in_file else entry.sigmas(),
+            epoch=config.epoch,
+            stations=stations[entry.station] if entry.station else stations,
+            satellite=entry.satellite,
+            frame=None if equatorial else entry.frame,
+            time_scale=entry.time_scale,
+            label=entry.label,
+            every=entry.every,
+            start=None if entry.start is None else _moment(entry.start, config, entry),
+            end=None if entry.end is None else _moment(entry.end, config, entry),
+            light_time=entry.light_time,
+            gm=around.body.gm if entry.light_time else 0.0,
+            astrometric=entry.astrometric,
+            round_trip=entry.round_trip,
+        )
+        turn = around.frame_from_icrf if entry.kind in _ORBITS and not equatorial else np.eye(3)
+        if equatorial and around.frame != _BODY_EQUATOR:
+            turn = around.body.pole_matrix().T
+        sets += [_turned(m, turn) for m in read.measurements]
+    return tuple(sets)
+
+
+def _check_frame(entry: MeasurementConfig, around: Surroundings) -> None:
+    where = f"{entry.file} ({entry.kind})"
+    if entry.kind == "right_ascension_declination" and around.frame != "icrf":
+        raise ConfigError(f"{where} in a case whose frame is {around.frame}", allowed="frame: icrf")
+    if entry.frame is None:
+        return
+    if entry.kind not in (*_ORBITS, "right_ascension_declination"):
+        raise ConfigError(f"{where} has no frame", do='drop the key "frame"')
+    if entry.frame.upper() in ("ITRF", "ITRS") and around.body.name != "earth":
+        raise ConfigError(
+            f"frame of {where} is {entry.frame}, and the body is {around.body.name}",
+            allowed="ICRF, EME2000, body_equator",
+        )
+
+
+def _found(name: str, folders: Sequence[Path]) -> Path:
+    path = Path(name)
+    tried = [path] if path.is_absolute() else [folder / path for folder in folders]
+    for candidate in tried:
+        if candidate.exists():
+            return candidate
+    raise DataError(
+        f"there is no measurement file {name}",
+        allowed="looked for as " + ", ".join(str(t) for t in tried),
+        do="check the path, or name the folder of the data",
+    )
+
+
+def _moment(given: object, config: CaseConfig, entry: MeasurementConfig) -> float:
+    return seconds_after(given, config.epoch, f"start or end of {entry.file}")
+
+
+def _turned(m: Measurements, turn: Array) -> Measurements:
+    """Positions and velocities along other axes; noise that is not the same on all is refused."""
+    if np.array_equal(turn, np.eye(3)):
+        return m
+    groups = m.sigmas.reshape(len(m.times), -1, 3)
+    if np.any(groups != groups[:, :, :1]):
+        raise DataError(
+            f"{m.label}: sigma differs between the axes, and the axes are turned",
+            allowed="one sigma for all three",
+            do="give the positions along the axes of the case's frame",
+        )
+    values = m.values.reshape(len(m.times), -1, 3) @ turn.T
+    return replace(m, values=values.reshape(m.values.shape))
 
 
 def stations_of(config: CaseConfig, around: Surroundings) -> dict[str, Station]:

@@ -120,7 +120,7 @@ class _Design:
     days: float
     step: float
     sigma: float
-    guess: float = 1e-4
+    guess: float = 1e-5
     tracked: bool = False
 
 
@@ -162,8 +162,8 @@ def scenario(name: str, seed: int, *, held_out: bool = False) -> Scenario:
         )
     mapping = {
         "name": f"{name.replace('_', '-')}-{seed}",
-        **design.content,
         "epoch": f"{day.isoformat()}T00:00:00 TDB",
+        **design.content,
         "seed": seed,
     }
     return Scenario(name, mapping, tuple(flights), _plans(design))
@@ -288,7 +288,6 @@ def _leo_tracking() -> _Design:
         days=2.0,
         step=0.5 * _MINUTE,
         sigma=1.0,
-        guess=1e-5,
         tracked=True,
     )
 

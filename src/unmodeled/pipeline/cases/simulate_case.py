@@ -17,13 +17,13 @@ from unmodeled.datasets.station import Station
 from unmodeled.models.physics import Dynamics
 from unmodeled.pipeline.cases.candidate import Candidate
 from unmodeled.pipeline.cases.case import Case
-from unmodeled.pipeline.cases.case_config import KINDS, CaseConfig
+from unmodeled.pipeline.cases.case_config import CaseConfig
 from unmodeled.pipeline.cases.catalogue import candidate_by_name
 from unmodeled.pipeline.cases.load_case import Ground, case_from_mapping
 from unmodeled.pipeline.cases.outside_effects import outside_effects
 from unmodeled.pipeline.cases.quantities import write_quantity
 from unmodeled.pipeline.cases.read_data import stations_of
-from unmodeled.pipeline.cases.scenario_orbits import Flight, Plan, Scenario, scenario
+from unmodeled.pipeline.cases.scenario_orbits import Flight, Scenario, scenario
 from unmodeled.pipeline.fit_problem import Arc
 from unmodeled.pipeline.linearisation import Linearisation
 
@@ -74,12 +74,15 @@ class Simulated:
         True initial states of the arcs, fitted ones first.
     data : tuple of Measurements
         All that was measured, one set a file.
+    units : mapping of str to str
+        Of the parameters in ``truth``.
     """
 
     case: Case
     truth: Mapping[str, Mapping[str, float]]
     states: Array
     data: tuple[Measurements, ...]
+    units: Mapping[str, str]
 
 
 def scenario_case(name: str, seed: int, hidden: Sequence[HiddenEffect] = ()) -> Case:
@@ -126,35 +129,36 @@ def simulate(
     dynamics = ground.dynamics(plan.flights[0].start, last)
     clean = _measured(plan, _empty_sets(plan, dynamics, stations, config.epoch), dynamics)
     case = case_from_mapping(mapping, data=clean)
-    truth_case, truth = case, {}
-    fitted = None
+    truth_case = case
+    truth: dict[str, dict[str, float]] = {}
+    units: dict[str, str] = {}
+    fitted: Linearisation | None = None
     for number, effect in enumerate(hidden):
         candidate = _candidate(effect.name, case)
         rng = Streams(seed).generator(f"hidden.{number}.{effect.name}")
-        values = _values(effect, candidate, rng)
+        values = _values(effect, candidate, case, rng)
         if effect.noncentrality is not None:
             fitted = fitted or _linear(case, plan)
             values |= _scaled(candidate, values, effect.noncentrality, fitted, rng)
-        truth_case = truth_case.with_effect(candidate, values, {})
+        truth_case = _acting(truth_case, candidate, values)
         truth[effect.name] = values
+        units |= {p.name: p.unit for p in (*case.dynamics.parameters, *candidate.effect.parameters)}
     exact = _measured(plan, clean, truth_case.dynamics, truth_case)
     data = _noisy(exact, seed, noise_factor)
     states = np.array([f.state for f in plan.flights])
-    return Simulated(_with_arcs(case, plan, data), truth, states, data)
+    return Simulated(_with_arcs(case, plan, data), truth, states, data, units)
 
 
 def _with_data(plan: Scenario) -> dict[str, Any]:
-    """The case file with its measurements and arcs."""
+    """Return the case file with its measurements and arcs."""
     measurements = []
     for p in plan.plans:
         entry = {
             "file": p.file,
             "kind": p.kind,
-            "sigma": write_quantity(p.sigma, KINDS[p.kind][0]),
+            "sigma": "file",
             "label": p.file.removesuffix(".csv"),
         }
-        if p.kind == "position":
-            entry["frame"] = str(plan.mapping.get("frame", "icrf"))
         measurements.append(entry | ({"station": p.station} if p.station else {}))
     arcs = []
     for f in plan.flights:
@@ -174,7 +178,7 @@ def _with_data(plan: Scenario) -> dict[str, Any]:
 def _empty_sets(
     plan: Scenario, dynamics: Dynamics, stations: Mapping[str, Station], epoch: str
 ) -> tuple[Measurements, ...]:
-    """Sets at the right times, without values."""
+    """Return sets at the right times, without values."""
     sets = []
     orbits = [_orbit(dynamics, f, f.times) for f in plan.flights]
     for p in plan.plans:
@@ -268,23 +272,33 @@ def _candidate(name: str, case: Case) -> Candidate:
 
 
 def _values(
-    effect: HiddenEffect, candidate: Candidate, rng: np.random.Generator
+    effect: HiddenEffect, candidate: Candidate, case: Case, rng: np.random.Generator
 ) -> dict[str, float]:
-    """All parameters of the effect; a place is drawn among those that would be searched."""
+    """Return all its parameters; a place is drawn among those that would be searched."""
     known = {p.name for p in candidate.effect.parameters} | set(candidate.values)
     for name in effect.values:
         if name not in known:
             raise ConfigError(
                 f'{effect.name} has no parameter "{name}"', allowed=", ".join(sorted(known))
             )
-    values = dict(candidate.values)
+    # An error of what the model has starts from the model's value.
+    model = case.dynamics.values | dict(case.instrument_values)
+    values = {k: model.get(k, v) for k, v in candidate.values.items()}
     if candidate.places:
         values |= candidate.places[int(rng.integers(len(candidate.places)))]
     return values | {k: float(v) for k, v in effect.values.items()}
 
 
+def _acting(case: Case, candidate: Candidate, values: Mapping[str, float]) -> Case:
+    """Return the case in whose model the effect acts."""
+    if candidate.is_force and set(candidate.estimate) <= set(case.dynamics.values):
+        known = {k: v for k, v in values.items() if k in case.dynamics.values}
+        return replace(case, dynamics=case.dynamics.with_values(known))
+    return case.with_effect(candidate, values, {})
+
+
 def _linear(case: Case, plan: Scenario) -> Linearisation:
-    """The case of perfect data at its true states: nothing is left over, columns are exact."""
+    """Linearise the case of perfect data at its true states: nothing is left over."""
     states = {f.name: f.state for f in plan.flights}
     exact = replace(case, arcs=tuple(replace(a, state=states[a.name]) for a in case.arcs))
     return Linearisation(exact, exact.fit())
@@ -297,7 +311,7 @@ def _scaled(
     linear: Linearisation,
     rng: np.random.Generator,
 ) -> dict[str, float]:
-    """Estimated parameters of the wanted strength, in a random direction."""
+    """Return the estimated parameters of the wanted strength, in a random direction."""
     if not noncentrality >= 0:
         raise ConfigError(f"noncentrality is {noncentrality}", allowed="a number >= 0")
     free = [n for n in candidate.estimate if n not in candidate.searched]
@@ -306,8 +320,7 @@ def _scaled(
     if candidate.family in _ONE_SIGN:
         draws = np.abs(draws)
     direction = np.array([priors[n] for n in free]) * draws / np.linalg.norm(draws)
-    null = {n: candidate.values[n] for n in free}
-    columns = linear.columns(candidate.effect, {**values, **null}, free)
+    columns = linear.columns(candidate.effect, values, free)
     size = float(np.linalg.norm(linear.project(columns @ direction)))
     if not size * _LARGEST >= np.sqrt(noncentrality):
         raise NumericalError(
@@ -315,4 +328,4 @@ def _scaled(
             do="hide another effect, or give its values",
         )
     theta = direction * np.sqrt(noncentrality) / size
-    return {n: float(null[n] + v) for n, v in zip(free, theta, strict=True)}
+    return {n: float(values[n] + v) for n, v in zip(free, theta, strict=True)}

@@ -21,7 +21,16 @@ from unmodeled.models.physics.orientation import Orientation
 from unmodeled.models.physics.tracks import Tracks
 from unmodeled.pipeline.cases.accepted_values import EARTH_MOON
 
-__all__ = ["Surroundings"]
+__all__ = ["CIRCULAR", "Surroundings"]
+
+#: Name of the ephemeris whose Moon goes round in a circle of the mean distance, m.
+CIRCULAR = "circular"
+_MOON_DISTANCE = 3.844e8
+#: Errors of the series as a share of the distance. The Moon's 4 cm are a hundred thousandth of what
+#: the analytic ephemeris is wrong by; about the Sun the monthly swing of the Earth is left out.
+_NEAR, _FAR = 1e-10, 1e-8
+#: Error of the Earth's orientation, rad, and what polar motion adds to it, rad/s: 6e-9 rad a day.
+_TURN, _WANDER = 3e-8, 7e-14
 
 #: Other bodies that a known or possible effect may ask for, by central body.
 _AROUND = {
@@ -44,12 +53,14 @@ class Surroundings:
     frame : {"icrf", "body_equator"}
         Inertial axes of the forces.
     ephemeris : str
-        ``"analytic"`` or the path of a kernel.
+        ``"analytic"``, the path of a kernel, or ``"circular"``: analytic, but for the Moon, which
+        circles the Earth in the plane of the frame's x and y (the restricted three-body problem
+        in axes that do not turn).
 
     Raises
     ------
     ConfigError
-        The Earth in its equatorial axes: its data need ICRF.
+        The Earth in its equatorial axes: its data need ICRF. Another body with the circular Moon.
     """
 
     body: Body
@@ -58,6 +69,11 @@ class Surroundings:
     ephemeris: str = "analytic"
 
     def __post_init__(self) -> None:
+        if self.ephemeris == CIRCULAR and self.body.name != "earth":
+            raise ConfigError(
+                f"ephemeris is circular and the body is {self.body.name}",
+                allowed="circular for the Earth only",
+            )
         if self.body.name == "earth" and self.frame != "icrf":
             raise ConfigError(
                 "frame is body_equator and the body is the Earth",
@@ -95,17 +111,20 @@ class Surroundings:
         if not needed and not self._placed():
             return None
         source = load_ephemeris(
-            None if self.ephemeris == "analytic" else Path(self.ephemeris), self._small_bodies()
+            None if self.ephemeris in ("analytic", CIRCULAR) else Path(self.ephemeris),
+            self._small_bodies(),
         )
         turn = self.frame_from_icrf
         positions = {name: self._position(name, source, turn) for name in sorted(names)}
-        return Tracks.fit(positions, start, end)
+        tolerance = _FAR if self.body.name == "sun" else _NEAR
+        return Tracks.fit(positions, start, end, tolerance)
 
     def orientation(self, start: float, end: float) -> Orientation | None:
         """Return how the body is turned; None if it does not spin."""
         rate = self.body.spin_rate
         if self.body.name == "earth":
-            return Orientation.fit(self._itrf_from_icrf, rate, start, end)
+            tolerance = _TURN + _WANDER * (end - start)
+            return Orientation.fit(self._itrf_from_icrf, rate, start, end, tolerance)
         if not rate:
             return None
         if self.frame == "body_equator":
@@ -145,6 +164,8 @@ class Surroundings:
             def seen(of: str) -> Array:
                 return source.position(of, self.body.name, self.epoch, times)
 
+            if name == "moon" and self.ephemeris == CIRCULAR:
+                return _circle(times)
             if name == EARTH_MOON:
                 share = GM_OF["moon"].value / (GM_OF["moon"].value + GM_OF["earth"].value)
                 found = (1.0 - share) * seen("earth") + share * seen("moon")
@@ -158,3 +179,13 @@ class Surroundings:
     def _itrf_from_icrf(self, times: Array) -> Array:
         turn: Array = np.swapaxes(icrf_from_itrf(self.epoch, times), 1, 2)
         return turn
+
+
+def _circle(times: Array) -> Array:
+    """Geocentric circle of the Moon that two bodies of their masses make, (n, 3) m."""
+    total = GM_OF["earth"].value + GM_OF["moon"].value
+    angle = np.sqrt(total / _MOON_DISTANCE**3) * times
+    circle: Array = _MOON_DISTANCE * np.stack(
+        [np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=1
+    )
+    return circle
