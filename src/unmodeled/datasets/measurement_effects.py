@@ -24,6 +24,7 @@ __all__ = [
     "ClockDrift",
     "FrameRotation",
     "LightTime",
+    "MeasurementEffect",
     "RangeBias",
     "RangeRateBias",
     "Scale",
@@ -55,7 +56,7 @@ class RangeBias(_Bias):
 
     Size: millimetres (laser), metres (radio, uncalibrated delays). Confused with: the station's
     height, GM (through the size of the orbit: db/rho = dGM/3GM), clock offset (c dt).
-    Source: [MontenbruckGill2000] section 6.3.
+    Source: [MontenbruckGill2000] chapter 6.
     """
 
     name: ClassVar[str] = "range_bias"
@@ -73,7 +74,7 @@ class RangeRateBias(_Bias):
 
     Size: relative frequency offset of the oscillators times c: 1e-12 is 0.3 mm/s.
     Confused with: `ClockDrift` of range rates (the same), a radial drift of a distant spacecraft.
-    Source: [MontenbruckGill2000] section 6.3.
+    Source: [MontenbruckGill2000] chapter 6.
     """
 
     name: ClassVar[str] = "range_rate_bias"
@@ -92,7 +93,7 @@ class AngleBias(_Bias):
     The first is the shift along the parallel: the error of the angle itself is that over the
     cosine of the second. Size: 1e-5 rad (telescope), 1e-4 (antenna). Confused with:
     `FrameRotation`, the station's position, aberration (1e-4 rad), refraction (elevation only).
-    Source: [MontenbruckGill2000] section 6.3.
+    Source: [MontenbruckGill2000] chapter 6.
     """
 
     name: ClassVar[str] = "angle_bias"
@@ -136,7 +137,7 @@ class TimeTag(_Time):
     :func:`unmodeled.datasets.slips.explain_time_offset`. Confused with: motion along the orbit
     (d_along = v dt) and, for a circular orbit in inertial axes, with the initial state entirely:
     it shows only through what depends on the date (station, Earth's rotation, Sun and Moon).
-    Source: [MontenbruckGill2000] section 6.3.
+    Source: [MontenbruckGill2000] chapter 6.
     """
 
     name: ClassVar[str] = "time_tag"
@@ -156,7 +157,7 @@ class TimeTagDrift(_Time):
 
     Size: 1e-11 (quartz, oven) to 1e-6 (plain quartz). Confused with: an error of the mean motion
     (GM, semi-major axis: d n/n = rate), drag at first order.
-    Source: [MontenbruckGill2000] section 6.3.
+    Source: [MontenbruckGill2000] chapter 6.
     """
 
     name: ClassVar[str] = "time_tag_drift"
@@ -205,7 +206,7 @@ class StationPosition(MeasurementEffect):
     All data sets of one station share it. Its horizon stays as it was levelled. Size: millimetres
     (surveyed), 0.1 m (tide, loading left out), 100 m (datum mistaken). Confused with: range bias
     (height), time tag and Earth rotation (east: 465 m/s at the equator), angle bias.
-    Source: [MontenbruckGill2000] section 6.3, [IERS2010] chapter 7.
+    Source: [MontenbruckGill2000] chapter 6, [IERS2010] chapter 7.
     """
 
     name: ClassVar[str] = "station_position"

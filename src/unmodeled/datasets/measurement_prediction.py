@@ -192,7 +192,7 @@ def _blocks(matrices: Array, vectors: Array) -> Array:
 
 
 def _rotated(m: Measurements, vectors: Array) -> Array:
-    """Return d (turned @ vector) / d rotation, (n, 3, 3), exact at any angle [Sola2018, Eq. 188].
+    """Return d (turned @ vector) / d rotation, (n, 3, 3), exact at any angle [Sola2018] appendix B.
 
     With phi = -rotation: d exp([phi]) r / d phi = -exp([phi]) [r] J(phi), J the right Jacobian.
     """
