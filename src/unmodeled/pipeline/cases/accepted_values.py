@@ -12,9 +12,10 @@ import numpy as np
 from heyoka import model
 
 from unmodeled.core.constants import GM_OF, RADIUS_OF
+from unmodeled.core.errors import ConfigError
 from unmodeled.datasets.bodies import Body
 from unmodeled.models.physics import Effect
-from unmodeled.pipeline.cases.case import Spacecraft
+from unmodeled.pipeline.cases.spacecraft import Spacecraft
 
 __all__ = ["EARTH_MOON", "Surveyed", "egm2008_coefficients", "gm_of"]
 
@@ -55,6 +56,26 @@ class Surveyed:
         if (found := _COEFFICIENT.fullmatch(name)) is not None:
             return self._coefficient(found[1], int(found[2]), int(found[3]))
         return None
+
+    def air(self, altitude: float) -> dict[str, float]:
+        """Return the exponential layer of the body's atmosphere at an altitude, m.
+
+        Raises
+        ------
+        ConfigError
+            If the card has no atmosphere.
+        """
+        if self.body.atmosphere is None:
+            raise ConfigError(
+                f"altitude is given for drag, and the card of {self.body.name} has no atmosphere",
+                do="give drag_rho0, drag_r0 and drag_H",
+            )
+        layer = self.body.atmosphere.layer(altitude)
+        return {
+            "drag_rho0": layer.density,
+            "drag_r0": self.body.reference_radius + layer.altitude,
+            "drag_H": layer.scale_height,
+        }
 
     def _card(self) -> dict[str, float]:
         body = self.body

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import MISSING, Field, dataclass, fields
 from functools import cache
+from pathlib import Path
 from typing import Any, TypeAlias
 
 from unmodeled.core.errors import ConfigError, nearest
 from unmodeled.core.parameters import Parameter
-from unmodeled.datasets.measurement_effects import MEASUREMENT_EFFECTS, MeasurementEffect
+from unmodeled.datasets.measurement_effect import MeasurementEffect
+from unmodeled.datasets.measurement_effects import MEASUREMENT_EFFECTS
 from unmodeled.models import physics
 from unmodeled.models.physics import Effect
 from unmodeled.models.physics.system import PRIME_MERIDIAN, SPIN_RATE
 from unmodeled.pipeline.cases.accepted_values import Surveyed
+from unmodeled.pipeline.cases.gravity_file import read_gravity_field
 from unmodeled.pipeline.cases.quantities import parse_quantity, write_quantity
 
 __all__ = [
@@ -42,6 +45,10 @@ _MUST_BE_GIVEN = re.compile(
     r"GM|GM_.*|R_ref|J\d+|[CS]_\d+_\d+|drag_(B|rho0|r0|H)|.*_t0|thrust_t_(on|off)|mascon\d+_[xyz]"
     r"|srp_CrA_m|shadow_radius|sun_radius|tide_k2|power_law_r0|lense_thirring_J"
 )
+
+
+#: A key that stands for several values, by effect: a gravity field, a layer of the atmosphere.
+_TABLES = {"spherical_harmonics": "file", "exponential_drag": "altitude"}
 
 
 @dataclass(frozen=True)
@@ -75,7 +82,9 @@ def effect_names() -> tuple[str, ...]:
     return tuple(sorted(names))
 
 
-def read_known(entries: Sequence[Mapping[str, Any]], surveyed: Surveyed) -> Known:
+def read_known(
+    entries: Sequence[Mapping[str, Any]], surveyed: Surveyed, folder: Path = Path()
+) -> Known:
     """Turn the ``known`` list into effects and values in SI.
 
     Parameters
@@ -85,6 +94,8 @@ def read_known(entries: Sequence[Mapping[str, Any]], surveyed: Surveyed) -> Know
         ``values``) and ``free``.
     surveyed : Surveyed
         Where values come from that an entry does not give.
+    folder : Path
+        Where relative names of gravity fields start.
 
     Raises
     ------
@@ -101,6 +112,7 @@ def read_known(entries: Sequence[Mapping[str, Any]], surveyed: Surveyed) -> Know
     for number, entry in enumerate(entries):
         effect = build_effect(entry, f"known.{number}")
         stated, free = _numbers(entry, effect, f"known.{number}")
+        stated = _tabulated(entry, effect, surveyed, folder) | stated
         for name, value in stated.items():
             if given.setdefault(name, value) != value:
                 raise ConfigError(
@@ -175,11 +187,10 @@ def entry_of(
     """
     units = {p.name: p.unit for p in _parameters(effect)}
     entry: dict[str, Any] = {"effect": ROTATION if effect is None else effect.name}
-    if effect is not None:
-        for f in fields(effect):
-            value = getattr(effect, f.name)
-            if f.default is MISSING or value != f.default:
-                entry[f.name] = list(value) if isinstance(value, tuple) else value
+    for f in _structure(effect):
+        value = getattr(effect, f.name)
+        if f.default is MISSING or value != f.default:
+            entry[f.name] = list(value) if isinstance(value, tuple) else value
     if values:
         entry["values"] = {n: write_quantity(v, units[n]) for n, v in values.items()}
     if free:
@@ -209,6 +220,10 @@ def _instruments() -> dict[str, Any]:
     return {c.name: c for c in MEASUREMENT_EFFECTS}
 
 
+def _structure(effect: AnyEffect | None) -> tuple[Field[Any], ...]:
+    return () if effect is None else fields(type(effect))  # type: ignore[arg-type]
+
+
 def _parameters(effect: AnyEffect | None) -> tuple[Parameter, ...]:
     if effect is not None:
         return effect.parameters
@@ -220,8 +235,11 @@ def _numbers(
 ) -> tuple[dict[str, float], dict[str, float | None]]:
     """Values that the entry states, and its free parameters."""
     units = {p.name: p.unit for p in _parameters(effect)}
-    structure = {f.name for f in fields(effect)} if effect is not None else set()
-    rest = {k: v for k, v in entry.items() if k not in {"effect", "values", "free", *structure}}
+    structure = {f.name for f in _structure(effect)}
+    source = _TABLES.get(effect.name if effect is not None else ROTATION)
+    rest = {
+        k: v for k, v in entry.items() if k not in {"effect", "values", "free", source, *structure}
+    }
     inner = entry.get("values", {})
     free = entry.get("free", {})
     if isinstance(free, list | tuple):
@@ -231,7 +249,7 @@ def _numbers(
             f"{where}: values and free are tables",
             do='write e.g. "values: {J2: 0.0193}, free: {J2: 0.001}" or "free: [J2]"',
         )
-    known = {*units, *structure, "values", "free"}
+    known = {*units, *structure, "values", "free"} | ({source} if source else set())
     for name in (*rest, *inner, *free):
         if name not in units:
             raise ConfigError(
@@ -246,6 +264,27 @@ def _numbers(
         for n, v in free.items()
     }
     return stated, sigmas
+
+
+def _tabulated(
+    entry: Mapping[str, Any], effect: AnyEffect | None, surveyed: Surveyed, folder: Path
+) -> dict[str, float]:
+    """Values that a file of the field, or an altitude, stands for."""
+    key = None if effect is None else _TABLES.get(effect.name)
+    if effect is None or key is None or key not in entry:
+        return {}
+    if key == "altitude":
+        altitude = parse_quantity(entry[key], "m", f"altitude of {effect.name}")
+        return surveyed.air(altitude)
+    field = read_gravity_field(folder / str(entry[key]))
+    values = {"GM": field.gm, "R_ref": field.radius, **field.coefficients}
+    names = parameter_names(effect)
+    missing = [n for n in names if n not in values]
+    if missing:
+        raise ConfigError(
+            f"{entry[key]} has no {missing[0]}", do="lower degree and order, or take another field"
+        )
+    return {n: values[n] for n in names}
 
 
 def _value(

@@ -67,7 +67,7 @@ def add_to_source(
     ConfigError
         If a value belongs to no effect of the model.
     """
-    fresh = copy.deepcopy(_plain(mapping))
+    fresh: dict[str, Any] = copy.deepcopy(_plain(mapping))
     known: list[dict[str, Any]] = fresh["known"]
     given = {**candidate.values, **values}
     free = dict(sigmas or {})
