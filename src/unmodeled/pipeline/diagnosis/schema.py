@@ -1,0 +1,177 @@
+"""The JSON of `diagnose`, `add` and `compare`: models that describe and check what is printed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from unmodeled.core.errors import ConfigError, nearest
+
+__all__ = ["AdditionJson", "DiagnosisJson", "as_text", "json_schema"]
+
+
+class Part(BaseModel):
+    """A part of the answer: nothing more than what is described; null for what is not known."""
+
+    model_config = ConfigDict(extra="forbid")
+
+
+class EstimateJson(Part):
+    """One estimated parameter."""
+
+    name: str
+    value: float = Field(description="estimate, in the unit")
+    sigma: float | None = Field(description="standard deviation with the noise as found")
+    unit: str = Field(description="SI unit; 1 if dimensionless")
+    expected: float = Field(description="size that was expected before looking")
+    accepted: float | None = Field(description="accepted value, null if there is none")
+    pull: float | None = Field(description="distance from the accepted value, sigmas of both")
+
+
+class RivalJson(Part):
+    """Another effect that explains the same residuals nearly as well."""
+
+    name: str
+    title: str
+    correlation: float = Field(description="cosine of both signals after the fit")
+    odds: float | None = Field(description="Bayes factor of the finding against it")
+    probability: float = Field(description="chance to tell them apart with these data")
+
+
+class FindingJson(Part):
+    """One effect that is missing."""
+
+    effect: str = Field(description="name that `unmodeled add` takes")
+    title: str
+    family: str
+    class_: list[str] = Field(
+        alias="class", description="effects these data cannot tell apart, itself first"
+    )
+    parameters: list[EstimateJson]
+    delta_chi_square: float = Field(description="rise of chi-square without it, stated sigmas")
+    threshold: float = Field(description="what delta_chi_square had to exceed")
+    log10_p: float | None = Field(description="p-value of its F-test, one candidate")
+    ln_evidence: float | None = Field(description="ln of the Bayes factor beside the others found")
+    confidence: float = Field(description="probability that the label is right within the class")
+    rivals: list[RivalJson]
+    consistency_p: float | None = Field(description="agreement of the arcs; null for one arc")
+    largest_change_in_sigmas: float = Field(
+        description="of an estimate when one twelfth of the time is left out"
+    )
+    remarks: list[str]
+
+
+class StepJson(Part):
+    """One bar of the waterfall."""
+
+    added: str = Field(description="effects added in this step, empty for the model as given")
+    rms: float = Field(description="residual RMS on the fitted arcs, sigmas")
+    held_out_rms: float | None = Field(description="the same on the held-out arcs, if any")
+
+
+class WhitenessJson(Part):
+    """One test of what is left."""
+
+    test: str
+    label: str
+    component: str
+    statistic: float | None
+    p: float | None
+    verdict: str
+    arc: str | None = None
+
+
+class DetectableJson(Part):
+    """The least that these data would have shown."""
+
+    name: str
+    parameter: str
+    smallest_detectable: float | None = Field(description="with 90 % power, in the unit")
+    unit: str
+
+
+class FurtherJson(Part):
+    """Further data that would tell two effects apart."""
+
+    pair: str | list[str]
+    data: str
+    correlation: float | None
+    probability: float | None
+
+
+class DiagnosisJson(Part):
+    """What `unmodeled diagnose --json` prints. RMS are in stated sigmas."""
+
+    case: str
+    verdict: Literal["found", "ambiguous", "outside the catalogue", "nothing missing"]
+    sentence: str
+    found: list[FindingJson]
+    residual_rms_before: float
+    residual_rms_after: float
+    held_out_rms_before: float | None
+    held_out_rms_after: float | None
+    noise: float = Field(description="standard deviation of what is left, stated sigmas")
+    remainder_log10_p: float | None = Field(
+        description="p-value of a free acceleration in what is left"
+    )
+    waterfall: list[StepJson]
+    whiteness: list[WhitenessJson]
+    smallest_detectable: list[DetectableJson]
+    further_data: list[FurtherJson]
+    seconds: float
+
+
+class DataJson(Part):
+    """Residual RMS of one data set."""
+
+    label: str
+    unit: str
+    before: float = Field(description="RMS without the effect, in the unit")
+    after: float = Field(description="RMS with it, in the unit")
+    before_in_sigmas: float
+    after_in_sigmas: float
+    count: int = Field(description="components used")
+
+
+class AdditionJson(Part):
+    """What `unmodeled add --json` prints. RMS are in stated sigmas."""
+
+    case: str
+    effect: str
+    title: str
+    family: str
+    parameters: list[EstimateJson]
+    delta_chi_square: float = Field(description="by how much chi-square fell")
+    residual_rms_before: float
+    residual_rms_after: float
+    held_out_rms_before: float | None
+    held_out_rms_after: float | None
+    data: list[DataJson]
+    next_case: str | None = Field(default=None, description="path of the case file written")
+
+
+#: The commands and the model of what they print.
+_MODELS: Mapping[str, type[Part]] = {"diagnose": DiagnosisJson, "add": AdditionJson}
+
+
+def json_schema(command: str) -> dict[str, Any]:
+    """Return the JSON Schema of what a command prints with ``--json``.
+
+    Raises
+    ------
+    ConfigError
+        If the command has none.
+    """
+    if command not in _MODELS:
+        raise ConfigError(
+            f'no schema for "{command}"', allowed=", ".join(_MODELS), do=nearest(command, _MODELS)
+        )
+    return _MODELS[command].model_json_schema(mode="serialization")
+
+
+def as_text(command: str, content: Mapping[str, Any]) -> str:
+    """Return the JSON text of an answer, checked against its schema; NaN and infinity are null."""
+    checked = _MODELS[command].model_validate(dict(content))
+    return checked.model_dump_json(indent=2, by_alias=True)
