@@ -28,6 +28,7 @@ from unmodeled.models.physics import (
     SolidTide,
     SphericalHarmonics,
     SunLinePush,
+    ThermosphereDrag,
     ThirdBody,
     Zonal,
 )
@@ -216,6 +217,11 @@ EFFECT_CASES: dict[str, EffectCase] = {
     ),
     "sunlight with shadow": EffectCase(
         SolarRadiationPressure(), ECLIPSE, potential=False, harmonic=False, tracks=MOVING
+    ),
+    # An Earth of radius 1: heights of 600 km and more, where the air must be made to matter.
+    "thermosphere": moving(
+        ThermosphereDrag(),
+        {"drag_B": 1e12, "drag_omega": 0.2, "thermosphere_R": 1.0, "thermosphere_day": 172.3},
     ),
     "third body": EffectCase(ThirdBody("moon"), {"GM_moon": 0.8}, tracks=MOVING),
     "third body, still": EffectCase(ThirdBody("moon"), {"GM_moon": 1e-3}, tracks=STILL),

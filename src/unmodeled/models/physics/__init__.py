@@ -21,6 +21,7 @@ from unmodeled.models.physics.solid_tide import SolidTide
 from unmodeled.models.physics.spherical_harmonics import SphericalHarmonics, coefficient_names
 from unmodeled.models.physics.sun_line_push import SunLinePush
 from unmodeled.models.physics.tesseral import Tesseral
+from unmodeled.models.physics.thermosphere_drag import ThermosphereDrag
 from unmodeled.models.physics.third_body import ThirdBody
 from unmodeled.models.physics.yarkovsky import NonGravitationalA123
 from unmodeled.models.physics.zonal import Zonal
@@ -49,6 +50,7 @@ __all__ = [
     "SunLinePush",
     "Symbols",
     "Tesseral",
+    "ThermosphereDrag",
     "ThirdBody",
     "VariationalOrbit",
     "Vector",
