@@ -230,12 +230,12 @@ def parse_vector(given: Any, unit: str, name: str) -> list[float]:
     >>> parse_vector("1, 2, 3 km", "m", "position")
     [1000.0, 2000.0, 3000.0]
     """
+    parts = given
     if isinstance(given, str):
         parts = [p.strip() for p in given.split(",")]
         written = parts[-1].split(maxsplit=1)
         if len(written) == 2:
             parts = [p if " " in p else f"{p} {written[1]}" for p in parts]
-        given = parts
-    if not isinstance(given, list | tuple) or len(given) != 3:
+    if not isinstance(parts, list | tuple) or len(parts) != 3:
         raise ConfigError(f"{name} is {given!r}", allowed='three values, e.g. "1, 2, 3 km"')
-    return [parse_quantity(v, unit, name) for v in given]
+    return [parse_quantity(v, unit, name) for v in parts]

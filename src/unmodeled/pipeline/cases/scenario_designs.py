@@ -151,7 +151,7 @@ def _leo_tracking() -> Design:
         plain.years,
         plain.elements,
         plain.gm,
-        days=2.0,
+        days=1.0,
         step=0.5 * _MINUTE,
         sigma=1.0,
         tracked=True,
