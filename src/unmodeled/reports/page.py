@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-import base64
 import io
-from dataclasses import dataclass
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
-import jinja2
-from markupsafe import Markup
-from matplotlib.figure import Figure
 from ruamel.yaml import YAML
 
 from unmodeled.core.errors import InputError
@@ -19,26 +13,12 @@ from unmodeled.datasets.bodies import load_body
 from unmodeled.pipeline.results import CharacterizationResult
 from unmodeled.reports.baseline import point_mass_summaries
 from unmodeled.reports.data_words import data_sentences, elsewhere
-from unmodeled.reports.sections import Drawn, Section, sections
-from unmodeled.reports.style import learner_styles, render
+from unmodeled.reports.embedding import embed_sections, provenance_rows, render_page
+from unmodeled.reports.sections import sections
+from unmodeled.reports.style import learner_styles
 from unmodeled.reports.words import learner_sentence, overview, ranked, verdict
 
 __all__ = ["write_report"]
-
-# Above this size a figure goes into the page as PNG: 200 dpi is sharp enough, and 4 MB are kept.
-_LARGEST_SVG = 600_000
-
-
-@dataclass(frozen=True, slots=True)
-class _Embedded:
-    """A figure as the template sees it."""
-
-    name: str
-    alt: str
-    caption: str
-    source: str
-    width: int
-    height: int
 
 
 def write_report(result: CharacterizationResult, folder: Path) -> Path:
@@ -60,23 +40,13 @@ def write_report(result: CharacterizationResult, folder: Path) -> Path:
         The page.
     """
     folder = Path(folder)
-    figures = folder / "figures"
-    figures.mkdir(parents=True, exist_ok=True)
-    parts = [_embed_section(s, figures) for s in sections(result)]
-    environment = jinja2.Environment(
-        loader=jinja2.BaseLoader(),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     reference = point_mass_summaries(result.data)
     where = elsewhere(result)
-    page = environment.from_string(_resource("report.html.j2")).render(
+    page = render_page(
+        "report.html.j2",
         name=result.config.name,
         body=_body_title(result),
         where=where,
-        css=Markup(_resource("report.css")),
         styles=learner_styles(result.config.learners),
         overview=overview(result),
         findings=[
@@ -90,49 +60,13 @@ def write_report(result: CharacterizationResult, folder: Path) -> Path:
             for r in ranked(result)
         ],
         basis=data_sentences(result),
-        sections=parts,
+        sections=embed_sections(sections(result), folder),
         config=_yaml(result.config.as_dict()),
-        provenance=_provenance(result),
+        provenance=provenance_rows(result.provenance, "configuration"),
     )
     target = folder / "report.html"
     target.write_text(page, encoding="utf-8")
     return target
-
-
-def _embed_section(section: Section, figures: Path) -> dict[str, Any]:
-    return {
-        "id": section.id,
-        "title": section.title,
-        "words": section.words,
-        "figures": [_save(f, figures) for f in section.figures],
-        "tables": section.tables,
-    }
-
-
-def _save(drawn: Drawn, folder: Path) -> _Embedded:
-    png, svg = (render(drawn.figure, kind) for kind in ("png", "svg"))
-    (folder / f"{drawn.name}.png").write_bytes(png)
-    (folder / f"{drawn.name}.svg").write_bytes(svg)
-    content, kind = (svg, "svg+xml") if len(svg) <= _LARGEST_SVG else (png, "png")
-    width, height = _size(drawn.figure)
-    return _Embedded(
-        drawn.name,
-        drawn.alt,
-        drawn.caption,
-        f"data:image/{kind};base64,{base64.b64encode(content).decode()}",
-        width,
-        height,
-    )
-
-
-def _size(figure: Figure) -> tuple[int, int]:
-    """Return width and height in CSS pixels."""
-    width, height = figure.get_size_inches()
-    return round(96 * float(width)), round(96 * float(height))
-
-
-def _resource(name: str) -> str:
-    return (resources.files("unmodeled.reports") / "templates" / name).read_text(encoding="utf-8")
 
 
 def _body_title(result: CharacterizationResult) -> str:
@@ -149,16 +83,3 @@ def _yaml(content: dict[str, Any]) -> str:
     yaml.width = 100
     yaml.dump(content, text)
     return text.getvalue()
-
-
-def _provenance(result: CharacterizationResult) -> list[tuple[str, str]]:
-    p = result.provenance
-    return [
-        ("configuration (SHA-256)", p.config_hash),
-        ("seed", str(p.seed)),
-        ("versions", ", ".join(f"{k} {v}" for k, v in p.versions.items())),
-        ("commit", p.commit or "installed package"),
-        ("Python and system", f"{p.python}, {p.system}, {p.processors} processors"),
-        ("host", p.host),
-        ("finished (UTC)", p.finished),
-    ]
