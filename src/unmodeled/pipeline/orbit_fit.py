@@ -22,6 +22,8 @@ _STEP = 1e-6
 #: ... or the cost falls by less than this share.
 _COST = 1e-14
 _MAX_EDITS = 10
+#: With less damping than this a step is that of Gauss and Newton.
+_LINEAR = 1e-3
 
 
 @dataclass(frozen=True)
@@ -199,6 +201,12 @@ def _levenberg_marquardt(
     for iteration in range(1, _MAX_ITERATIONS + 1):
         arrow = problem.normal_equations(point, used)
         problem.refuse_empty(arrow)
+        enough = max(_COST * cost, settled, 1e-6 * cost if settled else 0.0)
+        if settled and damping <= _LINEAR:
+            states, values = arrow.solve(damping)
+            expected = np.sum(states * arrow.right_states) + values @ arrow.right_shared
+            if 0 <= expected <= enough:  # so near that the last step needs no check
+                return Point(point.states + states, point.values + values), iteration
         while True:
             states, values = arrow.solve(damping)
             trial = Point(point.states + states, point.values + values)
@@ -207,7 +215,7 @@ def _levenberg_marquardt(
             except OrbitError:  # the step leads into the body: a shorter one will not
                 fresh = np.inf
             moved = arrow.in_sigmas(states, values)
-            if fresh <= cost or moved < _STEP:
+            if fresh <= cost + settled or moved < _STEP:
                 break
             damping *= 10.0
             if damping > 1e12:
@@ -219,8 +227,7 @@ def _levenberg_marquardt(
         if fresh <= cost:
             point, cost = trial, fresh
         damping = max(damping / 10.0, 1e-15)
-        enough = max(_COST * cost, settled, 1e-6 * cost if settled else 0.0)
-        if moved < _STEP or 0 <= fell <= enough:
+        if moved < _STEP or -settled <= fell <= enough:
             return point, iteration
     raise NumericalError(
         f"the orbit fit does not converge in {_MAX_ITERATIONS} iterations (cost {cost:.6g})",

@@ -73,7 +73,9 @@ def potential_function(system: System) -> Any:
 @lru_cache(maxsize=32)
 def integrator(system: System) -> Any:
     """Taylor integrator of one orbit; set ``time``, ``state`` and ``pars`` before use."""
-    return hy.taylor_adaptive(system.equations, state=[1.0] * 6, **_COMPACT)
+    return hy.taylor_adaptive(
+        system.equations, state=[1.0] * 6, t_events=_stops(system), **_COMPACT
+    )
 
 
 @lru_cache(maxsize=32)
@@ -103,4 +105,15 @@ def variational_integrator(system: System, parameters: tuple[str, ...]) -> Any:
     """Integrator of state, state-transition matrix and sensitivities to ``parameters``."""
     symbols = [system.parameter_symbols[name] for name in parameters]
     equations = hy.var_ode_sys(system.equations, [*system.state_symbols, *symbols], order=1)
-    return hy.taylor_adaptive(equations, state=[1.0] * len(STATE_NAMES), **_COMPACT)
+    return hy.taylor_adaptive(
+        equations, state=[1.0] * len(STATE_NAMES), t_events=_stops(system), **_COMPACT
+    )
+
+
+def _stops(system: System) -> list[Any]:
+    """Events at which a step ends and the next begins."""
+    return [hy.t_event(edge, callback=_go_on) for edge in system.edges]
+
+
+def _go_on(_integrator: Any, _direction: int) -> bool:
+    return True

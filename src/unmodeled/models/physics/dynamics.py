@@ -330,6 +330,8 @@ class Dynamics:
         ta.time = grid[0]
         ta.state[:] = state
         ta.pars[:] = self._pars[: len(ta.pars)]
+        if ta.with_events:
+            ta.reset_cooldowns()
         outcome, *_, states = ta.propagate_grid(grid)
         if len(states) < len(grid) or not np.all(np.isfinite(states)):
             raise OrbitError(

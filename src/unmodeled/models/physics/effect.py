@@ -89,6 +89,14 @@ class Effect(ABC):
         """Return the force function U with acceleration = +grad U, or None if there is none."""
         return None
 
+    def edges(self, s: Symbols) -> tuple[expression, ...]:
+        """Return expressions of which the integrator must stop at every zero.
+
+        For changes that are short against a Taylor step and too small for it to see, such as the
+        edge of a shadow. The expressions themselves are smooth and slow.
+        """
+        return ()
+
     @property
     def terms(self) -> frozenset[str]:
         """Names of the physical terms contained; no two effects of a model may share one."""

@@ -161,6 +161,11 @@ class System:
         return _sum([p for p in parts if p is not None])
 
     @cached_property
+    def edges(self) -> tuple[expression, ...]:
+        """Expressions of which the integrator must stop at every zero."""
+        return tuple(e for effect in self.effects for e in effect.edges(self._symbols(effect)))
+
+    @cached_property
     def equations(self) -> list[tuple[expression, expression]]:
         """First-order equations of motion: (variable, time derivative)."""
         s = self.state_symbols

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -44,7 +44,8 @@ _SUNLIGHT = 4.56e-6
 #: Area over mass that is expected of a spacecraft that is not described, m2/kg.
 _AREA_TO_MASS = 0.02
 _MANOEUVRE_EPOCHS = 48
-_PLANETS = ("mercury", "venus", "earth", "mars", "jupiter", "saturn", "uranus", "neptune")
+#: Parameters of the body's orientation, which every effect in body axes shares.
+_TURNING = frozenset({"spin_rate", "prime_meridian", "pole_x", "pole_y"})
 
 
 @dataclass(frozen=True)
@@ -135,7 +136,7 @@ def default_candidates(
     s = Setting(body, dynamics, tuple(arcs), spacecraft)
     forces = [*_gravity(s), *_bodies(s), *_radiation(s), *_relativity(s), *_pushes(s)]
     present = {term for effect in dynamics.effects for term in effect.terms}
-    fresh = [c for c in forces if _is_new(c, present, dynamics)]
+    fresh = [_of_the_model(c, dynamics) for c in forces if _is_new(c, present, dynamics)]
     names = {p.name for effect in instruments for p in effect.parameters}
     measured = [
         c for c in instrument_candidates(s.arcs) if not names & {p.name for p in c.parameters}
@@ -165,10 +166,26 @@ def _is_new(candidate: Candidate, present: set[str], dynamics: Dynamics) -> bool
     effect = candidate.effect
     if not isinstance(effect, Effect):
         return True
-    known = set(dynamics.values)
-    if set(candidate.estimate) <= known:  # an error of a parameter that the model has
-        return True
+    if set(candidate.estimate) <= set(dynamics.values):
+        # An error of a parameter that the model has; those of accepted values have none.
+        return not candidate.known
     return not effect.terms & present
+
+
+def _of_the_model(candidate: Candidate, dynamics: Dynamics) -> Candidate:
+    """Turn a candidate that the model has already into an error of its parameters."""
+    names = set(candidate.estimate)
+    values = dynamics.values
+    if not names <= set(values):
+        return candidate
+    own = next(e for e in dynamics.effects if names <= {p.name for p in e.parameters} | _TURNING)
+    title = candidate.title
+    return replace(
+        candidate,
+        effect=own,
+        title=title if title.startswith("error") else f"error of the {title}",
+        values={n: values[n] for n in candidate.estimate},
+    )
 
 
 def _force(
@@ -180,8 +197,8 @@ def _force(
     values: Mapping[str, float] | None = None,
     **more: object,
 ) -> Candidate:
-    """A force whose estimated parameters (with their expected sizes) are zero when it is absent."""
-    filled = {name: 0.0 for name in estimate} | dict(values or {})
+    """Return a force with its estimated parameters, zero if absent, and their expected sizes."""
+    filled = dict.fromkeys(estimate, 0.0) | dict(values or {})
     return Candidate(
         name,
         title,
@@ -254,7 +271,7 @@ def _gravity(s: Setting) -> list[Candidate]:
 
 
 def _fields(s: Setting) -> list[Candidate]:
-    """The parts of the published field that a model may lack as a whole."""
+    """Return the parts of the published field that a model may lack as a whole."""
     found = []
     for part, low, high in (("tesserals", 2, 16), ("all", 17, 24)):
         effect = ScaledField(degree=high, order=high, part=part, min_degree=low)
@@ -304,7 +321,7 @@ _ZONAL_TERMS = frozenset({"point_mass", *(f"gravity C({n},0)" for n in range(40)
 
 
 def _mascon(s: Setting) -> Candidate:
-    """A mass concentration, searched over a grid of places below the surface."""
+    """Return a mass concentration, searched over a grid of places below the surface."""
     depth = 0.75 * s.body.reference_radius
     points = _fibonacci(72) * depth
     places = tuple(

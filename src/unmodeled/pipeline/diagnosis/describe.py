@@ -173,7 +173,7 @@ def _stability(pool: Pool, chosen: SetScore, member: int) -> tuple[float | None,
 
 
 def _remarks(case: Case, name: str, estimates: tuple[Estimate, ...]) -> tuple[str, ...]:
-    """What speaks against a label, and the common name of a slip."""
+    """Say what speaks against a label, and the common name of a slip."""
     found = []
     for e in estimates:
         if e.pull is not None and e.accepted is not None:

@@ -103,7 +103,8 @@ def diagnose(case: Case, *, most: int = 5, progress: Progress | None = None) -> 
         state = fresh
         label = added if not gone else f"{added or 'nothing'} for {gone}"
         steps.append(Step(label, _rms(state.fit), held_out_rms(state.case)))
-    assert pool is not None and chosen is not None and first_pool is not None
+    if pool is None or chosen is None or first_pool is None:  # the loop ran at least once
+        raise NumericalError("no turn was made")
     remainder = remainder_log_p(pool, chosen.members)
     findings = tuple(
         describe_finding(case, pool, chosen, m, limit, state.fit)

@@ -56,8 +56,9 @@ class SetScore:
     noise : float
         Standard deviation of what is left, in stated sigmas.
     evidence : float
-        Natural logarithm of the Bayes factor against nothing missing, with the candidates' priors
-        and the noise as estimated.
+        Natural logarithm of the posterior odds against nothing missing: Bayes factor with the
+        candidates' priors and the noise as estimated, times prior odds of 1 to the number of
+        candidates (and of places searched) for each member.
     estimate : ndarray (k,)
         In units of the priors, the members' parameters one after another.
     covariance : ndarray (k, k)
@@ -230,7 +231,9 @@ class Pool:
             gain = float(c @ mean - 0.5 * mean @ G @ mean + 0.5 * half @ half)
             gain -= float(np.sum(np.log(np.diag(factor))))
             total = float(np.logaddexp(total, gain))
-        return total - float(np.log(len(mixtures)))
+        names = len({m.candidate.name for m in self.members})
+        chances = sum(np.log(names * max(len(self.members[k].candidate.places), 1)) for k in chosen)
+        return total - float(np.log(len(mixtures))) - float(chances)
 
     def _index(self, chosen: Sequence[int]) -> Array:
         if not len(chosen):
