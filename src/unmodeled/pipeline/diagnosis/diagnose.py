@@ -14,6 +14,7 @@ from unmodeled.core.seeds import Streams
 from unmodeled.pipeline.cases.candidate import Candidate
 from unmodeled.pipeline.cases.case import Case
 from unmodeled.pipeline.diagnosis.describe import describe_candidates, describe_finding
+from unmodeled.pipeline.diagnosis.further_data import further_data
 from unmodeled.pipeline.diagnosis.held_out import held_out_rms
 from unmodeled.pipeline.diagnosis.pool import Pool, SetScore
 from unmodeled.pipeline.diagnosis.remainder import remainder_log_p
@@ -117,8 +118,9 @@ def diagnose(case: Case, *, most: int = 5, progress: Progress | None = None) -> 
         steps=tuple(steps),
         noise=chosen.noise,
         remainder_log10_p=remainder / np.log(10.0),
+        log_p_limit=limit,
         candidates=describe_candidates(first_pool, limit),
-        further=pd.DataFrame(),
+        further=further_data(state.case, findings, case.candidates),
         final_case=state.case,
         fit=first_fit,
         final_fit=state.fit,

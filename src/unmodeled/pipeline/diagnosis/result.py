@@ -128,6 +128,8 @@ class Diagnosis:
         was stated.
     remainder_log10_p : float
         p-value of a free acceleration in what is left: small means that something remains.
+    log_p_limit : float
+        ln of the p-value that a candidate had to reach.
     candidates : DataFrame
         One row a candidate, first look: name, family, drop, log10_p, estimate, sigma, unit,
         smallest_detectable (by these data with 90 % power, for single parameters).
@@ -149,6 +151,7 @@ class Diagnosis:
     steps: tuple[Step, ...]
     noise: float
     remainder_log10_p: float
+    log_p_limit: float
     candidates: pd.DataFrame = field(repr=False)
     further: pd.DataFrame = field(repr=False)
     final_case: Case = field(repr=False)

@@ -1,0 +1,192 @@
+"""Run the hidden-effect suite: simulated cases with known missing effects, diagnosed blind.
+
+    python benchmarks/hidden_effects/suite.py --workers 2          # all cases, resumable
+    python benchmarks/hidden_effects/suite.py --limit 40           # a quick look
+    python benchmarks/hidden_effects/summary.py                    # tables from the results
+
+Each finished case is one line of results.jsonl; a second start continues where the first stopped.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import time
+import traceback
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict, dataclass
+from multiprocessing import get_context
+from pathlib import Path
+
+for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(_name, "1")
+
+import numpy as np  # noqa: E402
+
+HERE = Path(__file__).parent
+RESULTS = HERE / "results.jsonl"
+SCENARIOS = ("bennu", "eros", "meo", "geo", "lunar", "cislunar", "heliocentric", "leo")
+#: Cheap scenarios carry more cases; range and range-rate tracking carries the station effects.
+WEIGHTS = {"bennu": 4, "eros": 3, "meo": 3, "geo": 2, "lunar": 2, "cislunar": 2,
+           "heliocentric": 3, "leo": 1}  # fmt: skip
+STRENGTHS = (10.0, 30.0, 100.0, 1000.0)
+#: A hidden parameter may be this many times its expected size: beyond, the label is unphysical.
+PLAUSIBLE = 3.0
+
+
+@dataclass(frozen=True)
+class Task:
+    """One case: scenario, seed, how many effects of which strength, and what is special."""
+
+    kind: str
+    scenario: str
+    seed: int
+    strengths: tuple[float, ...]
+    noise_factor: float = 1.0
+
+    @property
+    def key(self) -> str:
+        strengths = "+".join(f"{s:g}" for s in self.strengths) or "0"
+        return f"{self.kind}/{self.scenario}/{self.seed}/{strengths}/{self.noise_factor:g}"
+
+
+def tasks() -> list[Task]:
+    """Return all cases."""
+    cycle = [s for s in SCENARIOS for _ in range(WEIGHTS[s])]
+    seeds = iter(range(1000, 100000))
+
+    def spread(count: int) -> Iterator[tuple[str, int]]:
+        for k in range(count):
+            yield cycle[(7 * k) % len(cycle)], next(seeds)
+
+    found = [Task("none", s, n, ()) for s, n in spread(200)]
+    for strength in STRENGTHS:
+        found += [Task("one", s, n, (strength,)) for s, n in spread(60)]
+    found += [Task("two", s, n, (100.0, 1000.0 if k % 2 else 100.0))
+              for k, (s, n) in enumerate(spread(40))]  # fmt: skip
+    found += [Task("three", s, n, (100.0, 300.0, 1000.0)) for s, n in spread(20)]
+    found += [Task("one", s, n, (300.0,), 2.0) for s, n in spread(10)]
+    found += [Task("one", s, n, (100.0,), 0.5) for s, n in spread(10)]
+    found += [Task("none", s, n, (), 2.0) for s, n in spread(10)]
+    found += [Task("outside", s, n, (300.0,)) for s, n in spread(40)]
+    found += [Task("instrument", "leo_tracking", next(seeds), (s,)) for s in (100.0, 1000.0) * 6]
+    found += [Task("instrument", s, n, (300.0,)) for s, n in spread(10)]
+    return found
+
+
+def run(task: Task) -> dict[str, object]:
+    """Simulate and diagnose one case; the diagnosis gets the case only."""
+    from unmodeled.pipeline.cases.simulate_case import simulate
+    from unmodeled.pipeline.diagnosis.diagnose import diagnose
+
+    begin = time.perf_counter()
+    simulated = draw(task, simulate)
+    middle = time.perf_counter()
+    d = diagnose(simulated.case)
+    end = time.perf_counter()
+    by_name = {c.name: c for c in simulated.case.candidates}
+    return {
+        "key": task.key,
+        **asdict(task),
+        "truth": {n: {k: float(v) for k, v in values.items()}
+                  for n, values in simulated.truth.items()},
+        "sizes": {n: len(by_name[n].estimate) for n in simulated.truth if n in by_name},
+        "verdict": d.verdict,
+        "found": [
+            {
+                "name": f.name,
+                "class": list(f.class_names),
+                "drop": f.drop,
+                "threshold": f.threshold,
+                "confidence": f.confidence,
+                "estimates": {e.name: [e.value, e.sigma] for e in f.estimates},
+            }
+            for f in d.findings
+        ],
+        "log_p_limit": d.log_p_limit,
+        "noise": d.noise,
+        "remainder_log10_p": d.remainder_log10_p,
+        "rms": [s.rms for s in d.steps],
+        "simulate_s": middle - begin,
+        "diagnose_s": end - middle,
+    }  # fmt: skip
+
+
+def draw(task: Task, simulate):
+    """Return a simulated case whose hidden effects are seen by the data and plausible in size."""
+    from unmodeled.core.errors import UnmodeledError
+    from unmodeled.pipeline.cases.simulate_case import HiddenEffect
+
+    if not task.strengths:
+        return simulate(task.scenario, task.seed, noise_factor=task.noise_factor)
+    case = simulate(task.scenario, task.seed).case
+    rng = np.random.default_rng(task.seed)
+    if task.kind == "outside":
+        from unmodeled.pipeline.cases.outside_effects import outside_effects
+
+        names = [c.name for c in outside_effects(case)]
+    elif task.kind == "instrument":
+        names = [c.name for c in case.candidates if c.family == "instrument"]
+    else:
+        names = [c.name for c in case.candidates if c.family != "instrument"]
+    by_name = {c.name: c for c in case.candidates}
+    for _ in range(12):
+        chosen = [str(n) for n in rng.permutation(names)[: len(task.strengths)]]
+        hidden = [HiddenEffect(n, noncentrality=s)
+                  for n, s in zip(chosen, task.strengths, strict=True)]  # fmt: skip
+        try:
+            made = simulate(task.scenario, task.seed, hidden, noise_factor=task.noise_factor)
+        except UnmodeledError:
+            continue
+        if all(plausible(by_name[n], v) for n, v in made.truth.items() if n in by_name):
+            return made
+    raise RuntimeError(f"no plausible effect for {task.key}")
+
+
+def plausible(candidate, values) -> bool:
+    """Whether the hidden parameters are of the expected size."""
+    return all(
+        abs(values[n] - candidate.values[n]) <= PLAUSIBLE * prior
+        for n, prior in zip(candidate.estimate, candidate.priors, strict=True)
+    )
+
+
+def _safely(task: Task) -> dict[str, object]:
+    try:
+        return run(task)
+    except Exception as exc:  # noqa: BLE001 - a failure is a result: it counts against the tool
+        return {"key": task.key, **asdict(task), "failure": f"{type(exc).__name__}: {exc}",
+                "traceback": traceback.format_exc()}  # fmt: skip
+
+
+def main() -> None:
+    """Parse, run, write."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--limit", type=int)
+    parser.add_argument("--only", help="kinds, comma separated")
+    parser.add_argument("--stride", type=int, default=1, help="every n-th case")
+    parser.add_argument("--out", type=Path, default=RESULTS)
+    args = parser.parse_args()
+    todo = [t for t in tasks() if not args.only or t.kind in args.only.split(",")][:: args.stride]
+    done = set()
+    if args.out.exists():
+        done = {json.loads(line)["key"] for line in args.out.read_text().splitlines() if line}
+    todo = [t for t in todo if t.key not in done][: args.limit]
+    # One scenario after the other: its compilations are shared within a worker.
+    todo.sort(key=lambda t: (t.scenario, t.kind))
+    print(f"{len(todo)} cases to run, {len(done)} done")
+    begin = time.perf_counter()
+    with ProcessPoolExecutor(args.workers, mp_context=get_context("spawn")) as pool:
+        futures = {pool.submit(_safely, t): t for t in todo}
+        for k, future in enumerate(as_completed(futures), 1):
+            with args.out.open("a") as out:
+                out.write(json.dumps(future.result()) + "\n")
+            if k % 10 == 0:
+                print(f"{k} of {len(todo)}, {time.perf_counter() - begin:.0f} s", flush=True)
+
+
+if __name__ == "__main__":
+    main()
