@@ -1,0 +1,184 @@
+"""What does the missing force look like? Families weighed by evidence and by held-out skill."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from unmodeled.core.arrays import Array
+from unmodeled.pipeline.comparison.force_families import KINDS, Family, Kind, families
+from unmodeled.pipeline.comparison.known_basis import known_basis
+from unmodeled.pipeline.comparison.marginal import Ridge, compress, ridge
+from unmodeled.pipeline.comparison.residual_table import Index
+from unmodeled.pipeline.linearisation import Linearisation
+
+__all__ = ["Explanation", "explain"]
+
+#: Parts of each arc that are held out in turn: at least two, about this many of all arcs.
+_PARTS = 8
+#: A kind is named when its probability reaches this.
+_SURE = 0.9
+#: ln of a Bayes factor that counts: curl or no curl, as good as the best or not.
+_CURL = 3.0
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """Which family of forces explains the residuals.
+
+    Parameters
+    ----------
+    table : DataFrame
+        A row a family, the likeliest first: name, title, kind, depends_on, log_bayes (against
+        nothing missing), skill (share of the held-out sum of squares that it explains), noise
+        (what is left with it, in stated sigmas), alternatives.
+    probabilities : dict of str to float
+        Of "nothing" and of each kind, given that one of them is right and all were as likely.
+    kind : str
+        "nothing", a kind, or "undecided": none of the kinds is likely enough.
+    best : str
+        Name of the likeliest family.
+    possible_skill : float
+        What noise allows: the skill of a family that leaves the noise of the best one.
+    curl_free : bool or None
+        Whether a field fixed in the body needs no curl; None: it cannot be told, or the residuals
+        do not ask for a field fixed in the body.
+    """
+
+    table: pd.DataFrame
+    probabilities: dict[str, float]
+    kind: str
+    best: str
+    possible_skill: float
+    curl_free: bool | None
+
+
+def explain(lin: Linearisation) -> Explanation:
+    """Weigh the families of `families` against each other and against nothing.
+
+    Parameters
+    ----------
+    lin : Linearisation
+        At the fit.
+
+    Notes
+    -----
+    Every family has normal coefficients of one unknown size (`ridge`), so that one with more
+    freedom pays for it. A kind's evidence is the mean of its families'; where only one of many
+    epochs can be right, the mean over epochs. Skill: contiguous parts of the arcs are left out in
+    turn and predicted from the rest, states and free parameters refitted without them, exactly
+    for a linear model.
+    """
+    residual = lin.project(lin.residuals)
+    known = known_basis(lin)
+    parts = list(_parts(lin))
+    nothing = _left_out(known, np.zeros((len(residual), 0)), residual, parts)
+    rows: dict[str, dict[str, object]] = {}
+    evidence: dict[str, list[float]] = {}
+    best_of: dict[str, tuple[float, Family, Ridge, Array]] = {}
+    for family in families(lin):
+        columns = lin.project(family.columns)
+        found = ridge(compress(columns, residual), lin.freedom)
+        group = "impulse" if family.kind == "impulsive" else family.name
+        evidence.setdefault(f"{family.kind}/{group}", []).append(found.log_bayes)
+        now = best_of.get(group)
+        if now is None or found.log_bayes > now[0]:
+            best_of[group] = (found.log_bayes, family, found, columns)
+    for group, (_, family, found, columns) in best_of.items():
+        error = _left_out(known, columns @ _root(found), residual, parts)
+        logs = evidence[f"{family.kind}/{group}"]
+        rows[group] = {
+            "name": family.name,
+            "title": family.title,
+            "kind": family.kind,
+            "depends_on": family.depends_on,
+            "log_bayes": float(np.logaddexp.reduce(logs) - np.log(len(logs))),
+            "skill": 1.0 - error / nothing,
+            "noise": float(np.sqrt(found.variance)),
+            "alternatives": family.alternatives,
+        }
+    table = pd.DataFrame(rows.values()).sort_values("log_bayes", ascending=False, kind="stable")
+    table = table.reset_index(drop=True)
+    probabilities = _probabilities(table)
+    return Explanation(
+        table,
+        probabilities,
+        _verdict(table, probabilities),
+        str(table["name"].iloc[0]),
+        max(1.0 - len(residual) * float(table["noise"].iloc[0]) ** 2 / nothing, 0.0),
+        _curl_free(table),
+    )
+
+
+def _probabilities(table: pd.DataFrame) -> dict[str, float]:
+    logs = {"nothing": 0.0}
+    for kind in KINDS:
+        of = table.loc[table["kind"] == kind, "log_bayes"].to_numpy()
+        if len(of):
+            logs[kind] = float(np.logaddexp.reduce(of) - np.log(len(of)))
+    total = np.logaddexp.reduce(list(logs.values()))
+    return {kind: float(np.exp(value - total)) for kind, value in logs.items()}
+
+
+def _verdict(table: pd.DataFrame, probabilities: dict[str, float]) -> str:
+    if probabilities["nothing"] > 1.0 - _SURE:
+        return "nothing"
+    kind: Kind | str = max(probabilities, key=lambda k: probabilities[k])
+    if probabilities[kind] < _SURE or kind == "undecided":
+        return "undecided"
+    best = table[table["kind"] == kind].iloc[0]
+    # What does not predict what was left out is no explanation.
+    return str(kind) if best["skill"] > 0 else "undecided"
+
+
+def _curl_free(table: pd.DataFrame) -> bool | None:
+    logs = table.set_index("name")["log_bayes"]
+    gradient = max(logs[n] for n in logs.index if str(n).startswith("potential"))
+    field = logs["field"]
+    asked = max(gradient, field) > max(_CURL, float(logs.max()) - _CURL)
+    if not asked or abs(gradient - field) < _CURL:
+        return None
+    return bool(gradient > field)
+
+
+def _parts(lin: Linearisation) -> Iterator[Index]:
+    """Rows that are held out together: stretches of time of one arc."""
+    rows = lin.rows()
+    times, arcs = rows["t_s"].to_numpy(), rows["arc"].to_numpy()
+    each = max(int(np.ceil(_PARTS / len(lin.arcs))), 2)
+    for arc in dict.fromkeys(arcs):
+        at = np.flatnonzero(arcs == arc)
+        order = at[np.argsort(times[at], kind="stable")]
+        yield from (np.sort(p) for p in np.array_split(order, each) if len(p))
+
+
+def _root(found: Ridge) -> Array:
+    """Coefficients (p, q) whose columns are orthogonal in the data, scaled by the posterior."""
+    if not found.size:
+        return np.zeros((found.right.shape[1], 0))
+    root: Array = found.right.T * found.size * np.sqrt(found.shrinkage())
+    return root
+
+
+def _left_out(known: Array, columns: Array, residual: Array, parts: list[Index]) -> float:
+    """Sum of squares of the errors of parts predicted from the rest.
+
+    With P = I - U U' the matrix that leaves residuals (U: known columns and the family's, scaled
+    by their posterior), the error of a left-out part b is (P_bb)^-1 (P r)_b.
+    """
+    U = np.concatenate([known, columns], axis=1)
+    left = residual - U @ (U.T @ residual)
+    total = 0.0
+    for part in parts:
+        own = U[part]
+        core = np.eye(U.shape[1]) - own.T @ own
+        size, axes = np.linalg.eigh(core)
+        # A direction that only this part determines is not predicted at all: left as it is.
+        kept = size > 1e-9
+        lift = own @ axes[:, kept]
+        error = left[part] + lift @ ((lift.T @ left[part]) / size[kept])
+        total += float(error @ error)
+    return total
