@@ -34,6 +34,8 @@ WEIGHTS = {"bennu": 4, "eros": 3, "meo": 3, "geo": 2, "lunar": 2, "cislunar": 2,
 STRENGTHS = (10.0, 30.0, 100.0, 1000.0)
 #: A hidden parameter may be this many times its expected size: beyond, the label is unphysical.
 PLAUSIBLE = 3.0
+#: Pairs of effects that would need this many times the strength to stand out beside each other.
+INSEPARABLE = 30.0
 
 
 @dataclass(frozen=True)
@@ -132,17 +134,69 @@ def draw(task: Task, simulate):
     else:
         names = [c.name for c in case.candidates if c.family != "instrument"]
     by_name = {c.name: c for c in case.candidates}
-    for _ in range(12):
+    for _ in range(20):
         chosen = [str(n) for n in rng.permutation(names)[: len(task.strengths)]]
-        hidden = [HiddenEffect(n, noncentrality=s)
-                  for n, s in zip(chosen, task.strengths, strict=True)]  # fmt: skip
         try:
-            made = simulate(task.scenario, task.seed, hidden, noise_factor=task.noise_factor)
+            made = simulate_at(task, chosen, np.array(task.strengths), simulate, HiddenEffect)
+            ratio = np.array(task.strengths) / beside(task, made)
+            if np.any(ratio > INSEPARABLE):
+                continue
+            if np.any(np.abs(ratio - 1.0) > 0.01):
+                strengths = np.array(task.strengths) * ratio
+                made = simulate_at(task, chosen, strengths, simulate, HiddenEffect)
         except UnmodeledError:
             continue
         if all(plausible(by_name[n], v) for n, v in made.truth.items() if n in by_name):
             return made
     raise RuntimeError(f"no plausible effect for {task.key}")
+
+
+def simulate_at(task: Task, names, strengths, simulate, hidden_effect):
+    """Simulate with each effect at its own non-centrality."""
+    hidden = [hidden_effect(n, noncentrality=float(s))
+              for n, s in zip(names, strengths, strict=True)]  # fmt: skip
+    return simulate(task.scenario, task.seed, hidden, noise_factor=task.noise_factor)
+
+
+def beside(task: Task, simulated) -> np.ndarray:
+    """Return each effect's non-centrality beside the others that are hidden.
+
+    Of an effect outside the catalogue: beside the one effect of the catalogue most like it. What
+    nearly coincides with another effect is strong only in what is left beside that one.
+    """
+    from unmodeled.pipeline.cases.outside_effects import outside_effects
+    from unmodeled.pipeline.diagnosis.pool import Pool
+    from unmodeled.pipeline.linearisation import Linearisation
+
+    case = simulated.case
+    lin = Linearisation(case, case.fit(settled=1e-3))
+    known = {c.name: c for c in (*case.candidates, *outside_effects(case))}
+    spans, signals = [], []
+    for name, values in simulated.truth.items():
+        c = known[name]
+        at = {**c.values, **values}
+        # Linear in the estimated parameters: their derivative where the effect is absent.
+        null = {**at, **{n: c.values[n] for n in c.estimate}}
+        columns = lin.project(lin.columns(c.effect, null, c.estimate))
+        change = np.array([values[n] - c.values[n] for n in c.estimate])
+        spans.append(columns)
+        signals.append(columns @ change)
+    if task.kind == "outside":
+        pool = Pool(lin, case.candidates)
+        full = float(signals[0] @ signals[0])
+        product = pool.columns.T @ signals[0]
+        most = max(pool._drop(pool.gram, product, m.columns) for m in pool.members)
+        return np.array([max(full - most, 1e-3)])
+    out = []
+    for k, signal in enumerate(signals):
+        rest = [s for j, s in enumerate(spans) if j != k]
+        left = signal
+        if rest:
+            other = np.concatenate(rest, axis=1)
+            other = other / np.maximum(np.linalg.norm(other, axis=0), 1e-300)
+            left = signal - other @ np.linalg.lstsq(other, signal, rcond=1e-10)[0]
+        out.append(float(left @ left))
+    return np.maximum(np.array(out), 1e-3)
 
 
 def plausible(candidate, values) -> bool:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -87,16 +88,21 @@ def _pruned(pool: Pool, s: SetScore, limit: float) -> SetScore:
     return s
 
 
-def _exchanged(pool: Pool, s: SetScore, score, limit: float | None = None) -> SetScore:  # type: ignore[no-untyped-def]
-    """Exchange single members for others while the evidence grows."""
+def _exchanged(
+    pool: Pool, s: SetScore, score: Callable[[Sequence[int]], SetScore], limit: float | None = None
+) -> SetScore:
+    """Drop members, exchange one, or put one in the place of two, while the evidence grows."""
     for _ in range(4 * max(len(s.members), 1)):
         best = s
-        for out in s.members:
-            rest = [m for m in s.members if m != out]
+        sizes = (1, 2) if len(s.members) > 1 else (1,)
+        for out in (o for size in sizes for o in itertools.combinations(s.members, size)):
+            rest = [m for m in s.members if m not in out]
             drops, p = pool.gains(rest)
             free = _free(pool, rest)
-            for k in [k for k in np.argsort(p) if k in free and drops[k] > 0][: 2 * _BEAM]:
-                candidate = score((*rest, int(k)))
+            order = [int(k) for k in np.argsort(p) if k in free and drops[k] > 0]
+            trials = [rest, *([*rest, k] for k in order[: 2 * _BEAM])]
+            for trial in trials:
+                candidate = score(trial)
                 if candidate.evidence > best.evidence + _MARGIN and (
                     limit is None or _passes(pool, candidate, limit)
                 ):
