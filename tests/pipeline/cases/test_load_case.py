@@ -28,7 +28,7 @@ def test_the_orbit_is_found_from_positions_alone(mapping, folder):
     error = fit.states[0] - truth
     assert error @ np.linalg.solve(fit.covariance[:6, :6], error) < 26.0  # chi2(6), 1 in 5000
     assert 0.9 < fit.cost / fit.freedom < 1.1
-    assert fit.iterations <= 3  # the first guess was the orbit already
+    assert fit.iterations <= 5  # the first guess was near
 
 
 @pytest.mark.parametrize("known", [[{"effect": "point_mass", "GM": "5.1 m3/s2"}]])

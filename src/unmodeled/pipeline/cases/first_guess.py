@@ -18,15 +18,19 @@ __all__ = ["first_guess"]
 #: Part of a revolution to which a polynomial is fitted, and the part of it that is kept if it is
 #: sparse: this many points at least.
 _QUARTER, _POINTS = 0.25, 6
-#: Revolutions of the fits that follow: a poor model converges on few of them.
-_WINDOWS = (1.0, 4.0, np.inf)
+#: Revolutions of the fits that follow, each half of the next at least: a poor model converges on
+#: few of them.
+_WINDOWS = (1.0, 4.0)
+#: Share of the radius within which all positions must be for a fit to start.
+_NEAR = 0.01
 
 
 def first_guess(dynamics: Dynamics, piece: Piece, known: Known) -> Array:
     """Return an initial state from which the fit of an arc converges.
 
     The state of the case file if there is one; else the first measured state; else positions: a
-    polynomial over a quarter of a revolution, then fits over one revolution, four, and all.
+    polynomial over a quarter of a revolution, then fits over one revolution, four, and all, until
+    the whole arc lies near the orbit.
 
     Parameters
     ----------
@@ -82,15 +86,24 @@ def _grown(dynamics: Dynamics, m: Measurements, name: str, known: Known) -> Arra
     instruments = tuple(e for e in known.instruments if e.concerns(m))
     names = {p.name for e in instruments for p in e.parameters}
     values = {n: v for n, v in (known.instrument_values or {}).items() if n in names}
-    done = 0
-    for revolutions in _WINDOWS:
-        inside = since <= max(revolutions * period, float(since[_POINTS - 1]))
-        if inside.sum() == done:
+    whole = float(since[-1]) / period
+    for revolutions in (*(w for w in _WINDOWS if 2 * w < whole), whole):
+        last = revolutions == whole
+        if last and _is_near(dynamics, state, m, radius):
             break
-        done = int(inside.sum())
+        inside = since <= (
+            since[-1] if last else max(revolutions * period, float(since[_POINTS - 1]))
+        )
         arc = Arc(float(m.times[0]), state, (m.subset(inside),), name)
         try:
-            fit = fit_orbits(dynamics, [arc], instruments=instruments, instrument_values=values)
+            # Each window only has to lead to the next: a fall of one a measurement is no matter.
+            fit = fit_orbits(
+                dynamics,
+                [arc],
+                instruments=instruments,
+                instrument_values=values,
+                settled=float(inside.sum()),
+            )
         except (NumericalError, OrbitError) as exc:
             raise DataError(
                 f"{name} does not converge over {revolutions:g} revolutions with the known model "
@@ -99,6 +112,15 @@ def _grown(dynamics: Dynamics, m: Measurements, name: str, known: Known) -> Arra
             ) from exc
         state = fit.states[0]
     return state
+
+
+def _is_near(dynamics: Dynamics, state: Array, m: Measurements, radius: float) -> bool:
+    """Whether a fit of the whole arc can start from here: the orbit stays near its positions."""
+    try:
+        miss = dynamics.propagate(state, m.times)[:, :3] - m.values[:, :3]
+    except OrbitError:
+        return False
+    return float(np.abs(miss).max()) < _NEAR * radius
 
 
 def _from_polynomial(m: Measurements, length: float) -> Array:
