@@ -45,6 +45,7 @@ FIRST = ("measurements", 0)
         ((*FIRST, "file"), "none.csv", "there is no measurement file none.csv"),
         ((*FIRST, "frame"), "itrf", "the body is bennu. Allowed: ICRF, EME2000, body_equator"),
         ((*FIRST, "frame"), "icrs2", 'frame "icrs2"'),
+        ((*FIRST, "time_scale"), "UCT", 'time scale "UCT"'),
         (("stations",), {"a": {"latitude": "3 deg"}}, "a station needs its place"),
         (
             ("stations",),
