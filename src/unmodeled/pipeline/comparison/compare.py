@@ -70,10 +70,7 @@ def compare(case: Case, progress: Progress | None = None) -> Comparison:
     low, high = (float(scipy.stats.chi2.ppf(q, fit.freedom)) for q in (0.025, 0.975))
     spin = abs(lin.model.values.get("spin_rate", 0.0))
     return Comparison(
-        name=case.name,
-        body=case.body.title,
-        epoch=case.epoch,
-        reference_radius=case.body.reference_radius,
+        case=case,
         period=period,
         spin_period=2 * np.pi / spin if spin else np.inf,
         states=fit.states,

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from unmodeled.core.arrays import Array
-from unmodeled.pipeline.comparison.force_families import KINDS, Family, Kind, families
+from unmodeled.pipeline.comparison.force_families import KINDS, Family, families
 from unmodeled.pipeline.comparison.known_basis import known_basis
 from unmodeled.pipeline.comparison.marginal import Ridge, compress, ridge
 from unmodeled.pipeline.comparison.residual_table import Index
@@ -19,8 +19,8 @@ __all__ = ["Explanation", "explain"]
 
 #: Parts of each arc that are held out in turn: at least two, about this many of all arcs.
 _PARTS = 8
-#: A kind is named when its probability reaches this.
-_SURE = 0.9
+#: Nothing is the answer until its probability is below this; a kind, from this on.
+_NOTHING, _SURE = 0.1, 0.8
 #: ln of a Bayes factor that counts: curl or no curl, as good as the best or not.
 _CURL = 3.0
 
@@ -38,7 +38,7 @@ class Explanation:
     probabilities : dict of str to float
         Of "nothing" and of each kind, given that one of them is right and all were as likely.
     kind : str
-        "nothing", a kind, or "undecided": none of the kinds is likely enough.
+        "nothing" (its probability is above 0.1), a kind (above 0.8), or "undecided".
     best : str
         Name of the likeliest family.
     possible_skill : float
@@ -124,14 +124,14 @@ def _probabilities(table: pd.DataFrame) -> dict[str, float]:
 
 
 def _verdict(table: pd.DataFrame, probabilities: dict[str, float]) -> str:
-    if probabilities["nothing"] > 1.0 - _SURE:
+    if probabilities["nothing"] > _NOTHING:
         return "nothing"
-    kind: Kind | str = max(probabilities, key=lambda k: probabilities[k])
-    if probabilities[kind] < _SURE or kind == "undecided":
+    kind = max(probabilities, key=lambda k: probabilities[k])
+    if kind == "undecided" or probabilities[kind] < _SURE:
         return "undecided"
     best = table[table["kind"] == kind].iloc[0]
     # What does not predict what was left out is no explanation.
-    return str(kind) if best["skill"] > 0 else "undecided"
+    return kind if best["skill"] > 0 else "undecided"
 
 
 def _curl_free(table: pd.DataFrame) -> bool | None:

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from unmodeled.core.arrays import Array
+from unmodeled.pipeline.cases.case import Case
 from unmodeled.pipeline.comparison.dependence import ResidualMap
 from unmodeled.pipeline.comparison.force_kind import Explanation
 from unmodeled.pipeline.comparison.free_force import FreeForce
@@ -48,10 +49,8 @@ class Comparison:
 
     Parameters
     ----------
-    name, body, epoch : str
-        Of the case.
-    reference_radius : float
-        Of the body, m: radii are counted in it.
+    case : Case
+        As given.
     period : float
         Mean time of a revolution, s.
     spin_period : float
@@ -90,10 +89,7 @@ class Comparison:
         Wall time.
     """
 
-    name: str
-    body: str
-    epoch: str
-    reference_radius: float
+    case: Case = field(repr=False)
     period: float
     spin_period: float
     states: Array
@@ -141,9 +137,9 @@ class Comparison:
         """Return everything but the table of residuals for ``json.dumps``; NaN becomes None."""
         e, f = self.explanation, self.force
         plain = {
-            "name": self.name,
-            "body": self.body,
-            "epoch": self.epoch,
+            "name": self.case.name,
+            "body": self.case.body.name,
+            "epoch": self.case.epoch,
             "revolution_s": self.period,
             "spin_period_s": self.spin_period,
             "only_noise": self.only_noise,

@@ -55,7 +55,8 @@ def rhythm(lin: Linearisation) -> Rhythm:
     -----
     Each component of each arc is a series of its own; the powers add. In units of half the drop
     of chi-square the sum of m series is Gamma(m) for white noise of unit variance
-    ([VanderPlas2018] section 7); trials are counted as independent frequencies.
+    ([VanderPlas2018] section 7). Trials are counted as two an independent frequency: the peak
+    lies between them.
     """
     rows = lin.rows()
     times: Array = rows["t_s"].to_numpy(dtype=np.float64)
@@ -84,7 +85,7 @@ def rhythm(lin: Linearisation) -> Rhythm:
     for t, values in series:
         total += _power(t - t[0], values, frequency)
     best = int(np.argmax(total))
-    trials = max(span * (frequency[-1] - frequency[0]), 1.0)
+    trials = max(2.0 * span * (frequency[-1] - frequency[0]), 1.0)
     p = float(-np.expm1(trials * scipy.stats.gamma.logcdf(total[best], len(series))))
     square = sum(float(v @ v) for _, v in series)
     return Rhythm(

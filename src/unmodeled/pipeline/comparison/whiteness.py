@@ -25,6 +25,10 @@ _FEWEST = 12
 _UNEVEN = 0.02
 #: Shapiro and Wilk's table ends here; above it moments do as well.
 _SHAPIRO = 5000
+#: Lags with fewer pairs say nothing.
+_PAIRS = 4
+#: Draws of white noise.
+_DRAWS = 200
 
 
 @dataclass(frozen=True)
@@ -33,8 +37,8 @@ class Autocorrelation:
 
     Parameters
     ----------
-    values : ndarray (h,)
-        At lags 1 ... h.
+    values : ndarray (h,) or (h, s)
+        At lags 1 ... h, of each series.
     pairs : ndarray (h,)
         How many pairs stand behind each; pairs across gaps do not count.
     step : float
@@ -76,12 +80,15 @@ def whiteness(lin: Linearisation) -> pd.DataFrame:
 
     Notes
     -----
-    The states that were fitted take a little of the slowest parts of each series, so that
-    Ljung and Box err to the side of white.
+    With as many lags as a revolution has samples Ljung and Box's statistic is wider than
+    chi-square, and the fit has taken part of the slowest changes. So the same statistic is taken
+    of white noise that went through the same fit: p is that of a chi-square with the mean and
+    variance of these draws.
     """
     rows = lin.rows()
     series = series_of(rows)
     absorbed = np.sum(known_basis(lin) ** 2, axis=1)
+    noise = lin.project(np.random.default_rng(0).normal(size=(len(lin.residuals), _DRAWS)))
     turns = {a.arc.name: revolution(a.partials.node_states, a.partials.nodes) for a in lin.arcs}
     level = _LEVEL / max(len(series), 1)
     times = rows["t_s"].to_numpy()
@@ -89,7 +96,7 @@ def whiteness(lin: Linearisation) -> pd.DataFrame:
     for arc, label, component, index in series:
         r, t = lin.residuals[index], times[index]
         tests = (
-            _ljung_box(t, r, turns[arc], level),
+            _ljung_box(t, r, noise[index], turns[arc], level),
             _runs(r, level),
             _chi_square(r, float(np.sum(absorbed[index])), level),
             _normality(r, level),
@@ -111,42 +118,51 @@ def autocorrelation(times: Array, series: Array, span: float) -> Autocorrelation
     ----------
     times : ndarray (n,)
         s, increasing. Where the step differs from the usual one a new pass begins.
-    series : ndarray (n,)
-        Values; their mean should be zero.
+    series : ndarray (n,) or (n, s)
+        Values of one series or several; their means should be zero.
     span : float
         Largest lag, s; at most a quarter of the series, and of the longest pass one half.
     """
     step = float(np.median(np.diff(times)))
     breaks = np.flatnonzero(np.abs(np.diff(times) / step - 1.0) > _UNEVEN) + 1
-    passes = np.split(series, breaks)
+    passes = np.split(series, breaks, axis=0)
     longest = max(len(p) for p in passes)
     most = min(len(series) // 4, longest // (2 if len(passes) > 1 else 4))
     lags = int(np.clip(np.ceil(span / step), 1, max(most, 1)))
-    sums, pairs = np.zeros(lags), np.zeros(lags)
+    sums, pairs = np.zeros((lags, *series.shape[1:])), np.zeros(lags)
     for part in passes:
         n = len(part)
         size = scipy.fft.next_fast_len(n + lags, real=True)
-        power = np.abs(scipy.fft.rfft(part, size)) ** 2
-        sums += scipy.fft.irfft(power, size)[1 : lags + 1]
+        power = np.abs(scipy.fft.rfft(part, size, axis=0)) ** 2
+        sums += scipy.fft.irfft(power, size, axis=0)[1 : lags + 1]
         pairs += np.maximum(n - np.arange(1, lags + 1), 0)
     # The mean product of a pair, over the mean square.
-    values = sums / np.maximum(pairs, 1) / np.mean(series**2)
-    return Autocorrelation(values, pairs, step)
+    means = (sums.T / np.maximum(pairs, 1)).T
+    return Autocorrelation(means / np.mean(series**2, axis=0), pairs, step)
 
 
-def _ljung_box(times: Array, r: Array, turn: float, level: float) -> dict[str, object]:
+def _ljung_box(
+    times: Array, r: Array, noise: Array, turn: float, level: float
+) -> dict[str, object]:
     if len(r) < _FEWEST:
         return _too_few("ljung-box", r)
-    a = autocorrelation(times, r, turn)
-    some = a.pairs >= 4
-    if not some.any():
+    q, lags = _portmanteau(autocorrelation(times, r[:, None], turn), len(r))
+    drawn, _ = _portmanteau(autocorrelation(times, noise, turn), len(r))
+    if not lags:
         return _too_few("ljung-box", r)
-    n, lags = len(r), int(some.sum())
-    # With all pairs there, sum over pairs / sum over all is r_k: n (n + 2) r_k^2 / (n - k).
-    share = a.pairs[some] / n
-    q = float(n * (n + 2) * np.sum((a.values[some] * share) ** 2 / a.pairs[some]))
-    p = float(scipy.stats.chi2.sf(q, lags))
-    return _row("ljung-box", q, lags, lags, p, "coloured" if p < level else "white")
+    scale = np.var(drawn) / (2.0 * np.mean(drawn))
+    freedom = float(np.mean(drawn) / scale)
+    p = float(scipy.stats.chi2.sf(q[0] / scale, freedom))
+    return _row("ljung-box", float(q[0]), freedom, lags, p, "coloured" if p < level else "white")
+
+
+def _portmanteau(a: Autocorrelation, n: int) -> tuple[Array, int]:
+    """Ljung and Box's sum for each column, and its number of lags."""
+    some = a.pairs >= _PAIRS
+    # With all pairs there, mean times pairs / n is r_k: n (n + 2) r_k^2 / (n - k).
+    share = a.values[some] * a.pairs[some, None] / n
+    q: Array = n * (n + 2) * np.sum(share**2 / a.pairs[some, None], axis=0)
+    return q, int(some.sum())
 
 
 def _runs(r: Array, level: float) -> dict[str, object]:
