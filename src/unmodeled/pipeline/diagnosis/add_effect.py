@@ -220,11 +220,7 @@ def _candidate(case: Case, name: str) -> Candidate:
             f"the model of {case.name} has {name} already",
             do="add another effect, or run diagnose",
         )
-    raise ConfigError(
-        f'there is no effect "{name}" for {case.name}',
-        allowed=", ".join(found) or "none is left",
-        do=nearest(name, found),
-    )
+    raise ConfigError(f'there is no effect "{name}" for {case.name}', do=nearest(name, found))
 
 
 def _names_in_model(case: Case) -> set[str]:

@@ -13,11 +13,12 @@ from unmodeled.core.provenance import Provenance, collect_provenance
 from unmodeled.pipeline.cases.candidate import Candidate
 from unmodeled.pipeline.cases.case import Case
 from unmodeled.pipeline.cases.write_case import write_case
+from unmodeled.pipeline.diagnosis.add_effect import Addition
 from unmodeled.pipeline.diagnosis.next_case import moved, next_case
 from unmodeled.pipeline.diagnosis.result import Diagnosis
 from unmodeled.pipeline.diagnosis.schema import as_text
 
-__all__ = ["case_provenance", "final_source", "save_diagnosis"]
+__all__ = ["case_provenance", "final_source", "save_addition", "save_diagnosis"]
 
 
 def save_diagnosis(
@@ -25,6 +26,7 @@ def save_diagnosis(
     folder: Path,
     *,
     case_folder: Path,
+    provenance: Provenance | None = None,
     final_folder: Path | None = None,
     with_final_case: bool = False,
 ) -> None:
@@ -38,6 +40,8 @@ def save_diagnosis(
         Exists.
     case_folder : Path
         Folder of the case file: names of measurement files start there.
+    provenance : Provenance, optional
+        Collected now if not given.
     final_folder : Path, optional
         Where the folder will lie in the end, if it is a staging folder.
     with_final_case : bool
@@ -45,8 +49,7 @@ def save_diagnosis(
     """
     home = final_folder or folder
     (folder / "diagnosis.json").write_text(as_text("diagnose", diagnosis.as_json()) + "\n")
-    provenance = case_provenance(diagnosis.case)
-    (folder / "provenance.json").write_text(json.dumps(provenance.as_dict(), indent=2) + "\n")
+    _write_provenance(provenance or case_provenance(diagnosis.case), folder)
     diagnosis.candidates.to_csv(folder / "candidates.csv", index=False)
     if len(diagnosis.whiteness):
         diagnosis.whiteness.to_csv(folder / "whiteness.csv", index=False)
@@ -64,6 +67,12 @@ def save_diagnosis(
             write_case(moved(final, case_folder, home), folder / "case-final.yaml")
 
 
+def save_addition(addition: Addition, folder: Path) -> Provenance:
+    """Write ``addition.json`` and the provenance, which is returned, into a folder."""
+    (folder / "addition.json").write_text(as_text("add", addition.as_json()) + "\n")
+    return _write_provenance(case_provenance(addition.case), folder)
+
+
 def final_source(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return the content of the case file with all that was found, paths as in the case."""
     return next_case(diagnosis.final_case, _found(diagnosis))
@@ -73,6 +82,11 @@ def case_provenance(case: Case) -> Provenance:
     """Record versions, host and time, with the hash of the case file's content."""
     text = json.dumps(dict(case.source), sort_keys=True, default=str)
     return collect_provenance(hashlib.sha256(text.encode()).hexdigest(), case.seed)
+
+
+def _write_provenance(provenance: Provenance, folder: Path) -> Provenance:
+    (folder / "provenance.json").write_text(json.dumps(provenance.as_dict(), indent=2) + "\n")
+    return provenance
 
 
 def _found(diagnosis: Diagnosis) -> list[Candidate]:

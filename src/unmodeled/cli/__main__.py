@@ -1,0 +1,5 @@
+"""``python -m unmodeled.cli``."""
+
+from unmodeled.cli import main
+
+main()
