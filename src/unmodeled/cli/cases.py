@@ -1,4 +1,4 @@
-"""The commands of story B: `diagnose`, `add`, `schema`."""
+"""The commands of story B: `compare`, `diagnose`, `add`, `schema`."""
 
 from __future__ import annotations
 
@@ -15,12 +15,49 @@ from unmodeled.core.errors import InputError
 if TYPE_CHECKING:
     from unmodeled.pipeline.cases.case import Case
 
-__all__ = ["add", "diagnose", "schema"]
+__all__ = ["add", "compare", "diagnose", "schema"]
 
 CaseFile = Annotated[Path, typer.Argument(help="Case file, e.g. case.yaml.")]
 AsJson = Annotated[
     bool, typer.Option("--json", help="Print the answer as JSON; see unmodeled schema.")
 ]
+
+
+@app.command()
+@stoppable
+def compare(
+    case: CaseFile,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Run folder; default runs/NAME-compared.")
+    ] = None,
+    as_json: AsJson = False,
+    data: DataFolder = None,
+) -> None:
+    """Fit the model as it is and say where, how and by how much it fails.
+
+    Writes a run folder with report.html, the figures, and the residuals with their geometry.
+    """
+    loaded = _load(case, data)
+    from unmodeled.pipeline.comparison.compare import compare as run
+    from unmodeled.pipeline.comparison.save import comparison_text, save_comparison
+    from unmodeled.pipeline.diagnosis.save import case_provenance
+    from unmodeled.pipeline.run_folder import check_run_folder, run_folder
+    from unmodeled.reports.comparison_page import write_comparison_report
+    from unmodeled.reports.comparison_words import comparison_words
+
+    target = out or Path("runs") / f"{loaded.name}-compared"
+    check_run_folder(target)
+    with progress() as report:
+        comparison = run(loaded, report)
+    provenance = case_provenance(loaded)
+    with run_folder(target) as staging:
+        save_comparison(comparison, staging, provenance)
+        write_comparison_report(comparison, staging, provenance)
+    if as_json:
+        print(comparison_text(comparison))
+        return
+    print("\n".join(comparison_words(comparison)))
+    print(f"\nreport: {target / 'report.html'}")
 
 
 @app.command()
@@ -133,7 +170,7 @@ def add(
 
 @app.command()
 def schema(
-    command: Annotated[str, typer.Argument(help="diagnose or add.")],
+    command: Annotated[str, typer.Argument(help="compare, diagnose or add.")],
 ) -> None:
     """Print the JSON Schema of what a command prints with --json."""
     from unmodeled.pipeline.diagnosis.schema import json_schema

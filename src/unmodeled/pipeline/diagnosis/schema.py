@@ -8,6 +8,7 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from unmodeled.core.errors import ConfigError, nearest
+from unmodeled.pipeline.comparison.schema import ComparisonJson
 
 __all__ = ["AdditionJson", "DiagnosisJson", "as_text", "json_schema"]
 
@@ -74,13 +75,15 @@ class StepJson(Part):
 class WhitenessJson(Part):
     """One test of what is left."""
 
-    test: str
+    arc: str
     label: str
     component: str
+    test: str
     statistic: float | None
+    freedom: float | None
+    lags: float | None
     p: float | None
     verdict: str
-    arc: str | None = None
 
 
 class DetectableJson(Part):
@@ -153,7 +156,11 @@ class AdditionJson(Part):
 
 
 #: The commands and the model of what they print.
-_MODELS: Mapping[str, type[Part]] = {"diagnose": DiagnosisJson, "add": AdditionJson}
+_MODELS: Mapping[str, type[BaseModel]] = {
+    "compare": ComparisonJson,
+    "diagnose": DiagnosisJson,
+    "add": AdditionJson,
+}
 
 
 def json_schema(command: str) -> dict[str, Any]:
