@@ -20,6 +20,8 @@ __all__ = ["PLACE", "ResidualMap", "residual_maps"]
 _BINS, _PLACES = 12, (8, 3)
 #: Not a variable of its own: as many bins as the radius, with the same edges.
 _SAME = ("altitude",)
+#: A range below this share of the largest value, or of a turn, is none.
+_NARROW = 2e-3
 #: Redrawings of the signs of blocks, and blocks in a revolution.
 _DRAWS, _BLOCKS = 200, 4
 #: The variable with two angles.
@@ -157,8 +159,8 @@ def _bins(used: pd.DataFrame, name: str) -> tuple[Index, pd.DataFrame] | None:
         return None if len(full) < 2 else (index, edges)
     values = used[name].to_numpy()
     variable = VARIABLES[name]
-    size = 2 * np.pi if variable.circle else float(np.max(np.abs(values)))
-    if not np.all(np.isfinite(values)) or np.ptp(values) < 1e-3 * size:
+    size = 2 * np.pi if variable.unit == "rad" else float(np.max(np.abs(values)))
+    if not np.all(np.isfinite(values)) or np.ptp(values) < _NARROW * size:
         return None
     if name != "time" and _is_clock(used["time"].to_numpy(), values):
         return None

@@ -16,8 +16,10 @@ from unmodeled.pipeline.linearisation import Linearisation
 
 __all__ = ["FreeForce", "free_force"]
 
-#: Nodes of one arc, of all arcs together, and of the shortest arc.
-_MOST, _ALL, _FEWEST = 60, 240, 4
+#: Nodes wished for in a revolution; in an arc at least, if all arcs together allow it; at most.
+_REVOLUTION, _ENOUGH, _MOST = 8, 40, 120
+#: Of all arcs together, and of an arc when there are very many.
+_ALL, _FEWEST = 240, 4
 #: Correlation times tried, in revolutions.
 _TAUS = (0.1, 0.3, 1.0, 3.0, 10.0)
 
@@ -69,7 +71,7 @@ def free_force(lin: Linearisation, period: float) -> FreeForce:
     [TapleySchutzBorn2004] section 4.9, whose smoothed filter gives the same answer. s and tau are
     the most likely on a grid; sigmas are those of the posterior with the noise as estimated.
     """
-    grids = [_grid(a.partials.nodes, len(lin.arcs)) for a in lin.arcs]
+    grids = [_grid(a.partials.nodes, period, len(lin.arcs)) for a in lin.arcs]
     counts = [3 * len(g) for g in grids]
     ends = np.cumsum([0, *counts])
     pushes = []
@@ -114,9 +116,11 @@ def free_force(lin: Linearisation, period: float) -> FreeForce:
     )
 
 
-def _grid(nodes: Array, arcs: int) -> Array:
+def _grid(nodes: Array, period: float, arcs: int) -> Array:
     """Choose the nodes that carry a value, nearly even in time."""
-    count = int(np.clip(_ALL // arcs, _FEWEST, _MOST))
+    wished = np.ceil(_REVOLUTION * (nodes[-1] - nodes[0]) / period)
+    most = min(max(_ALL // arcs, _FEWEST), _MOST)
+    count = int(np.clip(wished, min(_ENOUGH, most), most))
     wanted = np.linspace(nodes[0], nodes[-1], count)
     index = np.clip(np.searchsorted(nodes, wanted), 0, len(nodes) - 1)
     return np.unique(index)

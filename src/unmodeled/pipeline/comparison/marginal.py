@@ -11,8 +11,8 @@ from unmodeled.core.arrays import Array
 
 __all__ = ["Compressed", "Ridge", "compress", "ridge"]
 
-#: Half decades of the prior's size, from the size at which the best-seen direction shows just.
-_SIZES = 10.0 ** (0.5 * np.arange(13))
+#: Quarter decades of the prior's size, from the size at which the best-seen direction shows just.
+_SIZES = 10.0 ** (0.25 * np.arange(25))
 
 
 @dataclass(frozen=True)

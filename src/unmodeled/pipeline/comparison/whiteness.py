@@ -64,7 +64,7 @@ def whiteness(lin: Linearisation) -> pd.DataFrame:
         A row a test: arc, label, component, test, statistic, freedom, lags, p, verdict.
 
         ljung-box
-            Autocorrelation at all lags up to one revolution (at most a quarter of the series),
+            Autocorrelation at all lags up to one revolution (at most half of the longest pass),
             [LjungBox1978] Eq. 3, with the pairs that gaps leave.
         runs
             Changes of sign, [WaldWolfowitz1940]; the statistic is in sigmas, negative if the
@@ -121,14 +121,13 @@ def autocorrelation(times: Array, series: Array, span: float) -> Autocorrelation
     series : ndarray (n,) or (n, s)
         Values of one series or several; their means should be zero.
     span : float
-        Largest lag, s; at most a quarter of the series, and of the longest pass one half.
+        Largest lag, s; at most half of the longest pass.
     """
     step = float(np.median(np.diff(times)))
     breaks = np.flatnonzero(np.abs(np.diff(times) / step - 1.0) > _UNEVEN) + 1
     passes = np.split(series, breaks, axis=0)
     longest = max(len(p) for p in passes)
-    most = min(len(series) // 4, longest // (2 if len(passes) > 1 else 4))
-    lags = int(np.clip(np.ceil(span / step), 1, max(most, 1)))
+    lags = int(np.clip(np.ceil(span / step), 1, max(longest // 2, 1)))
     sums, pairs = np.zeros((lags, *series.shape[1:])), np.zeros(lags)
     for part in passes:
         n = len(part)

@@ -5,13 +5,15 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from unmodeled.pipeline.comparison.result import Comparison
+from unmodeled.pipeline.comparison.result import Comparison, SeriesCorrelation
 from unmodeled.reports.figures.comparison_in_time import COMPONENT_COLOURS, time_unit
 from unmodeled.reports.style import figure_style, new_figure, short
 
 __all__ = ["comparison_correlation"]
 
 _MOST = 6
+#: More lags than this are drawn as a line.
+_STEMS = 150
 
 
 def comparison_correlation(comparison: Comparison) -> Figure | None:
@@ -24,7 +26,7 @@ def comparison_correlation(comparison: Comparison) -> Figure | None:
     Figure or None
         None if all series are too short.
     """
-    longest = {}
+    longest: dict[tuple[str, str], SeriesCorrelation] = {}
     for c in comparison.correlations:
         now = longest.get((c.label, c.component))
         if now is None or len(c.lags) > len(now.lags):
@@ -41,8 +43,11 @@ def comparison_correlation(comparison: Comparison) -> Figure | None:
             a.fill_between(t, -c.band, c.band, color="#D5DAE0", linewidth=0, zorder=0)
             a.axhline(0.0, color="#7B8794", linewidth=0.6)
             colour = COMPONENT_COLOURS[k % len(COMPONENT_COLOURS)]
-            a.vlines(t, np.zeros_like(t), c.values, color=colour, linewidth=1.0)
-            a.plot(t, c.values, linestyle="", marker=".", markersize=3, color=colour)
+            if len(t) <= _STEMS:
+                a.vlines(t, np.zeros_like(t), c.values, color=colour, linewidth=1.0)
+                a.plot(t, c.values, linestyle="", marker=".", markersize=3, color=colour)
+            else:
+                a.plot(t, c.values, color=colour, linewidth=0.8)
             if comparison.period <= c.lags[-1] * 1.02:
                 a.axvline(comparison.period / per, color="#111111", linewidth=0.8, linestyle=":")
             reach = max(float(np.abs(c.values).max()), float(c.band.max())) * 1.1

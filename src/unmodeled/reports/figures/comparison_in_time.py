@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pandas as pd
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -39,9 +40,9 @@ def comparison_in_time(comparison: Comparison) -> Figure:
         for k, (a, (title, si, table)) in enumerate(zip(axes, panels, strict=True)):
             _draw(a, title, si, table, per, COMPONENT_COLOURS[k % len(COMPONENT_COLOURS)])
         axes[-1].set_xlabel(f"time since the epoch, {unit}")
-        handles = [Patch(color=_BAND, label="2 stated sigmas")]
+        handles: list[Artist] = [Patch(color=_BAND, label="2 stated sigmas")]
         if not comparison.residuals["used"].all():
-            handles.append(  # type: ignore[arg-type]
+            handles.append(
                 Line2D([], [], linestyle="", marker="x", color=_EDITED, label="edited out")
             )
         figure.legend(handles=handles, loc="outside upper right", ncols=2)
@@ -71,9 +72,11 @@ def _panels(comparison: Comparison) -> list[tuple[str, str, pd.DataFrame]]:
         table.columns = pd.Index(["t_s", "value", "sigma", "used"])
         found.append((_TITLES[axis], "m", table))
     turned = set(rtn["label"]) if len(rtn) else set()
-    units = comparison.rms.set_index(["label", "component"])["unit"]
+    rms = comparison.rms
+    units = dict(zip(zip(rms["label"], rms["component"], strict=True), rms["unit"], strict=True))
     rest = comparison.residuals
-    for (label, component), part in rest.groupby(["label", "component"], sort=False):
+    for label, component in units:
+        part = rest[(rest["label"] == label) & (rest["component"] == component)]
         if label in turned and component in ("x", "y", "z"):
             continue
         table = part[["t_s", "residual", "sigma", "used"]].copy()

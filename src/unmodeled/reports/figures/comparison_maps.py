@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -42,11 +43,11 @@ def comparison_maps(comparison: Comparison) -> Figure | None:
         for a in panels[len(maps) :]:
             a.set_visible(False)
         names = [c[2:] for c in maps[0].bins.columns if c.startswith("z_")]
-        handles = [
+        handles: list[Artist] = [
             Line2D([], [], color=COMPONENT_COLOURS[k % 6], marker=_MARKERS[k % 6], label=_title(n))
             for k, n in enumerate(names)
         ]
-        handles.append(Patch(color="#E4E7EB", label="95 % for white noise"))  # type: ignore[arg-type]
+        handles.append(Patch(color="#E4E7EB", label="95 % for white noise"))
         figure.legend(handles=handles, loc="outside upper center", ncols=min(len(handles), 4))
     return figure
 
@@ -81,6 +82,11 @@ def _draw(axes: Axes, m: ResidualMap) -> None:
             marker=_MARKERS[k % 6],
             linewidth=1.0,
         )
+    if VARIABLES[m.variable].circle:
+        axes.set_xlim(0, 360)
+        axes.set_xticks(range(0, 361, 90))
+    else:
+        axes.locator_params(axis="x", nbins=5)
     axes.set_xlabel(f"{m.title}, {unit}")
     axes.set_ylabel("mean in standard errors, –")
     chance = "p < 0.001" if m.p < 1e-3 else f"p = {number(m.p)}"
