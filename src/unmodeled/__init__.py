@@ -16,23 +16,49 @@ if TYPE_CHECKING:
     from unmodeled.datasets.bodies import Body, body_names, load_body
     from unmodeled.datasets.readers import read_trajectory
     from unmodeled.datasets.trajectory import Trajectory
+    from unmodeled.pipeline.cases.case import Case
+    from unmodeled.pipeline.cases.load_case import load_case
+    from unmodeled.pipeline.cases.simulate_case import HiddenEffect
+    from unmodeled.pipeline.cases.simulated_files import simulate_case
+    from unmodeled.pipeline.cases.write_case import write_case
     from unmodeled.pipeline.characterize import characterize
+    from unmodeled.pipeline.comparison.compare import compare
+    from unmodeled.pipeline.comparison.result import Comparison
     from unmodeled.pipeline.config import CharacterizationConfig, load_config
+    from unmodeled.pipeline.diagnosis.add_effect import Addition, add
+    from unmodeled.pipeline.diagnosis.diagnose import diagnose
+    from unmodeled.pipeline.diagnosis.result import Diagnosis
     from unmodeled.pipeline.learned_field import LearnedField
     from unmodeled.pipeline.results import CharacterizationResult
     from unmodeled.reports import write_report
+    from unmodeled.reports.comparison_page import write_comparison_report
+    from unmodeled.reports.diagnosis_page import write_addition_report, write_diagnosis_report
 
 __all__ = [
+    "Addition",
     "Body",
+    "Case",
     "CharacterizationConfig",
     "CharacterizationResult",
+    "Comparison",
+    "Diagnosis",
+    "HiddenEffect",
     "LearnedField",
     "Trajectory",
+    "add",
     "body_names",
     "characterize",
+    "compare",
+    "diagnose",
     "load_body",
+    "load_case",
     "load_config",
     "read_trajectory",
+    "simulate_case",
+    "write_addition_report",
+    "write_case",
+    "write_comparison_report",
+    "write_diagnosis_report",
     "write_report",
 ]
 
@@ -48,6 +74,20 @@ _HOME = {
     "LearnedField": "pipeline.learned_field",
     "CharacterizationResult": "pipeline.results",
     "write_report": "reports",
+    "Addition": "pipeline.diagnosis.add_effect",
+    "Case": "pipeline.cases.case",
+    "Comparison": "pipeline.comparison.result",
+    "Diagnosis": "pipeline.diagnosis.result",
+    "HiddenEffect": "pipeline.cases.simulate_case",
+    "add": "pipeline.diagnosis.add_effect",
+    "compare": "pipeline.comparison.compare",
+    "diagnose": "pipeline.diagnosis.diagnose",
+    "load_case": "pipeline.cases.load_case",
+    "simulate_case": "pipeline.cases.simulated_files",
+    "write_case": "pipeline.cases.write_case",
+    "write_comparison_report": "reports.comparison_page",
+    "write_diagnosis_report": "reports.diagnosis_page",
+    "write_addition_report": "reports.diagnosis_page",
 }
 
 
