@@ -58,14 +58,11 @@ class Rung:
 
 
 def without(effect: str, body: str | None = None) -> Callable[[Entry], list[Entry]]:
-    """Drop an entry; a body that is dropped raises no tide either."""
+    """Drop an entry; who does not know a body does not know its tide."""
 
     def change(entry: Entry) -> list[Entry]:
-        if entry["effect"] == effect and entry.get("body") == body:
-            return []
-        if body and entry["effect"] == "solid_tide":
-            return [entry | {"tide_raisers": [b for b in ("sun", "moon") if b != body]}]
-        return [entry]
+        gone = entry["effect"] == effect and entry.get("body") == body
+        return [] if gone or (body and entry["effect"] == "solid_tide") else [entry]
 
     return change
 
@@ -112,6 +109,11 @@ def row(name: str, rung: Rung, d: Diagnosis, seconds: float) -> dict[str, Any]:
         "held out at the end, sigma": d.steps[-1].held_out_rms,
         "verdict": d.verdict,
         "found": ", ".join(found),
+        "estimates": "; ".join(
+            f"{e.name} = {e.value:.5g} +- {e.sigma:.2g} {e.unit}"
+            for f in d.findings
+            for e in f.estimates
+        ),
         "noise, sigma": d.noise,
         "remainder, log10 p": d.remainder_log10_p,
         "seconds": seconds,
