@@ -1,6 +1,6 @@
 """Print the tables of the hidden-effect suite from its results.
 
-    python benchmarks/hidden_effects/summary.py [results.jsonl] [--out summary.md]
+python benchmarks/hidden_effects/summary.py [results.jsonl] [--out summary.md]
 """
 
 from __future__ import annotations

@@ -74,6 +74,9 @@ class Case:
             raise ConfigError(
                 f"false_alarm is {self.false_alarm}", allowed="a probability between 0 and 0.5"
             )
+        # What is free in the fit has no error to be looked for.
+        left = tuple(c for c in self.candidates if not set(c.estimate) & set(self.estimate))
+        object.__setattr__(self, "candidates", left)
 
     def fit(self, edit_sigmas: float | None = None, settled: float = 0.0) -> OrbitFit:
         """Fit the states of all arcs and the free parameters, see `fit_orbits`."""
@@ -104,20 +107,22 @@ class Case:
         estimate : mapping of str to float or None
             Which of its parameters stay free, with the sigma of their priors.
         """
-        merged = {**candidate.values, **values}
+        own = {**candidate.values, **values}
         rest = tuple(c for c in self.candidates if c.name != candidate.name)
         free = {**self.estimate, **estimate}
         if isinstance(candidate.effect, Effect):
-            # A2 after A1: the same effect, one more of its parameters.
-            known = self.dynamics.effects
+            # A2 after A1, or an error of what the model has: the effect is there already, and what
+            # the candidate does not estimate stays as the model has it.
+            known, kept = self.dynamics.effects, {*candidate.estimate, *candidate.searched}
             effects = known if candidate.effect in known else (*known, candidate.effect)
-            merged = {**candidate.values, **self.dynamics.values, **dict(values)}
-            dynamics = self.dynamics.with_effects(effects, merged)
+            model = self.dynamics.values
+            own = {k: v for k, v in own.items() if k in kept or k not in model}
+            dynamics = self.dynamics.with_effects(effects, own)
             return replace(self, dynamics=dynamics, candidates=rest, estimate=free)
         return replace(
             self,
             instruments=(*self.instruments, candidate.effect),
-            instrument_values={**self.instrument_values, **merged},
+            instrument_values={**self.instrument_values, **own},
             candidates=rest,
             estimate=free,
         )

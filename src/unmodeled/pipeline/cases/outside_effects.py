@@ -14,7 +14,10 @@ from unmodeled.models.physics.vectors import combine, cross, dot
 from unmodeled.pipeline.cases.candidate import Candidate
 from unmodeled.pipeline.cases.case import Case
 
-__all__ = ["PulseTrain", "Whirl", "outside_effects"]
+#: Family of what no catalogue has.
+OUTSIDE = "outside"
+
+__all__ = ["OUTSIDE", "PulseTrain", "Whirl", "outside_effects"]
 
 
 @dataclass(frozen=True)
@@ -107,7 +110,7 @@ def outside_effects(case: Case) -> tuple[Candidate, ...]:
             ("pulse_a_x", "pulse_a_y", "pulse_a_z"),
             {"pulse_a_x": 0.0, "pulse_a_y": 0.0, "pulse_a_z": 0.0, "pulse_period": period},
             (1e-5 * pull,) * 3,
-            "outside",
+            OUTSIDE,
         ),
         Candidate(
             "whirl",
@@ -121,6 +124,6 @@ def outside_effects(case: Case) -> tuple[Candidate, ...]:
                 "whirl_z": float(r[2]),
             },
             (1e-5 * pull,),
-            "outside",
+            OUTSIDE,
         ),
     )

@@ -20,7 +20,7 @@ from unmodeled.pipeline.cases.case import Case
 from unmodeled.pipeline.cases.case_config import CaseConfig
 from unmodeled.pipeline.cases.catalogue import candidate_by_name
 from unmodeled.pipeline.cases.load_case import Ground, case_from_mapping
-from unmodeled.pipeline.cases.outside_effects import outside_effects
+from unmodeled.pipeline.cases.outside_effects import OUTSIDE, outside_effects
 from unmodeled.pipeline.cases.quantities import write_quantity
 from unmodeled.pipeline.cases.read_data import stations_of
 from unmodeled.pipeline.cases.scenario_orbits import Flight, Scenario, scenario
@@ -322,7 +322,9 @@ def _scaled(
     direction = np.array([priors[n] for n in free]) * draws / np.linalg.norm(draws)
     columns = linear.columns(candidate.effect, values, free)
     size = float(np.linalg.norm(linear.project(columns @ direction)))
-    if not size * _LARGEST >= np.sqrt(noncentrality):
+    # Of what no catalogue has no size is expected.
+    largest = np.inf if candidate.family == OUTSIDE else _LARGEST
+    if not size * largest >= np.sqrt(noncentrality):
         raise NumericalError(
             f"the measurements do not see {candidate.name}: no amplitude has this strength",
             do="hide another effect, or give its values",

@@ -20,6 +20,8 @@ __all__ = ["describe_candidates", "describe_finding"]
 
 #: An effect is in the class of indistinguishable ones unless the odds against it are 100 to 1.
 _ODDS = float(np.log(100.0))
+#: Correlation above which two signals count as one if the fit is as good.
+_PARALLEL = 0.97
 _BLOCKS = 12
 _PULL = 4.0
 
@@ -136,8 +138,14 @@ def _rivals(pool: Pool, chosen: SetScore, member: int, drop: float) -> tuple[Riv
         # Far from parallel and far from weak: no need to score it.
         if name in taken or noncentrality * (1.0 - shares[k] ** 2) > 20.0 * _ODDS:
             continue
-        odds = chosen.evidence - pool.score((*rest, k)).evidence
-        if odds < _ODDS and (name not in found or np.exp(odds) < found[name].odds):
+        other = pool.score((*rest, k))
+        odds = float(np.clip(chosen.evidence - other.evidence, -700.0, 700.0))
+        # Nearly the same signal and as good a fit for its parameters: the data cannot tell, even
+        # if parsimony prefers the simpler of the two.
+        worse = (chosen.drop - other.drop) / chosen.noise**2
+        worse += 2.0 * (m.size - pool.members[member].size)
+        same = shares[k] > _PARALLEL and worse < 2.0 * _ODDS
+        if (odds < _ODDS or same) and (name not in found or np.exp(odds) < found[name].odds):
             chance = scipy.stats.norm.cdf(np.sqrt(0.5 * noncentrality * (1.0 - shares[k])))
             found[name] = Rival(
                 name, m.candidate.title, float(shares[k]), float(np.exp(odds)), float(chance)

@@ -33,6 +33,8 @@ _ROUGH = 3.0
 #: A rival by linear score is refitted if it explains this share of what the best explains.
 _NEAR = 0.8
 _RIVALS = 3
+#: An exchange must lower chi-square by this much in the exact fit, in units of the noise.
+_GAIN = 2.0
 #: Fits on the way stop when chi-square falls by less than this.
 _SETTLED = 1e-3
 
@@ -99,6 +101,11 @@ def diagnose(case: Case, *, most: int = 5, progress: Progress | None = None) -> 
             chosen = pool.score(start)
             break
         tried.append(frozenset(fresh.accepted))
+        gained = state.fit.cost - fresh.fit.cost
+        if len(fresh.accepted) <= len(state.accepted) and gained < _GAIN * chosen.noise**2:
+            # An exchange that the exact fit does not confirm: the search would go round in circles.
+            chosen = pool.score(start)
+            break
         added = ", ".join(sorted(set(fresh.accepted) - set(state.accepted)))
         gone = ", ".join(sorted(set(state.accepted) - set(fresh.accepted)))
         state = fresh

@@ -137,7 +137,7 @@ class Pool:
             tuple(chosen),
             drop,
             float(np.sqrt(variance)),
-            self._evidence(chosen, G / variance, c / variance),
+            self._evidence(chosen, G / variance, c / variance, variance),
             estimate,
             inverse * variance,
         )
@@ -202,11 +202,14 @@ class Pool:
         b = (axes.T @ (c[index] / scale))[kept]
         return float(np.sum(b * b / size[kept]))
 
-    def _evidence(self, chosen: Sequence[int], G: Array, c: Array) -> float:
-        """Log Bayes factor: Gaussian priors, unit variance; a mixture where a value is known.
+    def _evidence(self, chosen: Sequence[int], G: Array, c: Array, variance: float) -> float:
+        """Log Bayes factor: Gaussian priors; a mixture where a value is known; unknown noise.
 
         With a known value the prior is half "as accepted, within 5 %", half "any of this size".
+        The noise is integrated over (Jeffreys' prior): sets are compared by the logarithm of what
+        they leave, and two that explain the same are equal however strong the signal.
         """
+        size = 0.5 * max(self.freedom - len(c), 1)
         options: list[list[tuple[float, float]]] = []
         for k in chosen:
             candidate = self.members[k].candidate
@@ -229,8 +232,9 @@ class Pool:
             factor = np.linalg.cholesky(A)
             half = np.linalg.solve(factor, d)
             gain = float(c @ mean - 0.5 * mean @ G @ mean + 0.5 * half @ half)
-            gain -= float(np.sum(np.log(np.diag(factor))))
-            total = float(np.logaddexp(total, gain))
+            left = max(1.0 - 2.0 * gain * variance / self.square, 1e-300)
+            value = -size * np.log(left) - float(np.sum(np.log(np.diag(factor))))
+            total = float(np.logaddexp(total, value))
         names = len({m.candidate.name for m in self.members})
         chances = sum(np.log(names * max(len(self.members[k].candidate.places), 1)) for k in chosen)
         return total - float(np.log(len(mixtures))) - float(chances)
