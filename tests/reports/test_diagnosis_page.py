@@ -48,7 +48,15 @@ def ambiguous(found):
     finding = replace(found.findings[0], rivals=(rival,), confidence=0.61, consistency_p=0.4)
     steps = (Step("", 131.0, 40.0), Step("push", 12.0, 4.0), Step("srp for push", 1.0, 1.1))
     further = pd.DataFrame(
-        [{"pair": "srp / push", "data": "i + 30 deg", "correlation": 0.4, "probability": 0.99}]
+        [
+            {
+                "finding": "srp",
+                "rival": "push",
+                "data": "i + 30 deg",
+                "correlation": 0.4,
+                "probability": 0.99,
+            }
+        ]
     )
     return replace(found, verdict="ambiguous", findings=(finding,), steps=steps, further=further)
 

@@ -163,17 +163,18 @@ def further_table(d: Diagnosis) -> Table:
     """Return which further data would decide."""
     return Table(
         "Which further data would tell them apart",
-        ("effects", "further data", "correlation then [–]", "chance to tell apart [–]"),
+        ("found", "rival", "further data", "correlation then [–]", "chance to tell apart [–]"),
         tuple(
             (
-                _pair(row["pair"]),
+                str(row["finding"]),
+                str(row["rival"]),
                 str(row["data"]),
                 _close_to_one(float(row["correlation"])),
                 number(float(row["probability"]), 2),
             )
             for _, row in d.further.iterrows()
         ),
-        text_columns=(1,),
+        text_columns=(1, 2),
         learners=False,
     )
 
@@ -232,7 +233,3 @@ def _close_to_one(value: float) -> str:
     if not math.isfinite(value):
         return "–"
     return f"{value:.3f}" if abs(value) < 0.999 else f"{value:.6f}"
-
-
-def _pair(given: object) -> str:
-    return given if isinstance(given, str) else " / ".join(map(str, given))  # type: ignore[call-overload]

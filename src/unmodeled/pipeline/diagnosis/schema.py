@@ -98,10 +98,11 @@ class DetectableJson(Part):
 class FurtherJson(Part):
     """Further data that would tell two effects apart."""
 
-    pair: str | list[str]
-    data: str
-    correlation: float | None
-    probability: float | None
+    finding: str
+    rival: str
+    data: str = Field(description="the arc to be added to the data at hand")
+    correlation: float | None = Field(description="of both signals in all data together")
+    probability: float | None = Field(description="chance to tell them apart then")
 
 
 class DiagnosisJson(Part):
