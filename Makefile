@@ -18,6 +18,7 @@ DATA ?= ../shared/real
 
 demo: $(RUN_STAMP)
 	$(BIN)/unmodeled characterize scenarios/bennu-demo.yaml --out runs/bennu-demo
+	$(BIN)/unmodeled diagnose cases/bennu-orbiter/case.yaml --auto --out runs/bennu-orbiter
 
 test: $(DEV_STAMP)
 	$(BIN)/python -m pytest -q -n $(WORKERS) --dist loadgroup -m "not slow"
