@@ -1,7 +1,7 @@
 """Real measurements, one known force kept from the model: `diagnose` must name it.
 
-Nothing here is simulated: the orbit of LAGEOS-2 as laser ranging found it, and that of SPOT-5 as
-DORIS found it. The accepted values are those of other people's measurements.
+Nothing here is simulated: the orbit of LAGEOS-2 is as laser ranging found it, and the accepted
+values are those of other people's measurements.
 """
 
 import os
@@ -82,9 +82,3 @@ def test_two_days_cannot_tell_whether_there_is_relativity():
     table = d.candidates.set_index("name")
     # Even as large as it is, these data would not have shown it.
     assert table.loc["relativity", "smallest_detectable"] > 1.0
-
-
-def test_the_air_that_brakes_spot5_is_found():
-    d = diagnosed("spot5-one-day.yaml")
-    assert any("drag" in f.class_names for f in d.findings)
-    assert rms(d.final_fit) < 0.5 * rms(d.fit)
