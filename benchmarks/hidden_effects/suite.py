@@ -29,7 +29,7 @@ HERE = Path(__file__).parent
 RESULTS = HERE / "results.jsonl"
 SCENARIOS = ("bennu", "eros", "meo", "geo", "lunar", "cislunar", "heliocentric", "leo")
 #: Cheap scenarios carry more cases; range and range-rate tracking carries the station effects.
-WEIGHTS = {"bennu": 4, "eros": 3, "meo": 3, "geo": 2, "lunar": 2, "cislunar": 2,
+WEIGHTS = {"bennu": 5, "eros": 4, "meo": 3, "geo": 2, "lunar": 2, "cislunar": 2,
            "heliocentric": 3, "leo": 1}  # fmt: skip
 #: Where a force that the catalogue lacks can be told from all that it has.
 FAR = ("bennu", "heliocentric", "cislunar")

@@ -86,7 +86,9 @@ def test_threshold_holds_its_level_on_overlapping_candidates():
     """The share of noise-only draws that pass is the level, whatever the overlap."""
     rng = np.random.default_rng(3)
     base = rng.standard_normal((N, 12))
-    table = {f"c{k}": base[:, [k // 2]] + 0.2 * base[:, [6 + k // 2]] * (-1) ** k for k in range(12)}
+    table = {
+        f"c{k}": base[:, [k // 2]] + 0.2 * base[:, [6 + k // 2]] * (-1) ** k for k in range(12)
+    }
     table |= {"triple": rng.standard_normal((N, 3))}
     limit = smallest_p_threshold(pool_of(table, np.ones(N)), (), 0.05, rng)
     passed = 0
@@ -134,7 +136,7 @@ def test_search_undoes_a_blend_of_two():
     """A column between two effects explains most of their sum; both together explain all."""
     table = directions(9, "a", "b", "c", "d")
     table["blend"] = table["a"] + table["b"] + 0.3 * directions(99, "own")["own"]
-    r = 0.5 * (table["a"] + table["b"])[:, 0] + np.random.default_rng(10).standard_normal(N)
+    r = 2.0 * (table["a"] + table["b"])[:, 0] + np.random.default_rng(10).standard_normal(N)
     pool = pool_of(table, r)
     alone = [pool.score((k,)).drop for k in range(5)]
     assert int(np.argmax(alone)) == 4
@@ -152,3 +154,15 @@ def test_two_that_explain_the_same_are_equal_however_strong_the_signal():
     r = 1e4 * table["a"][:, 0] + np.random.default_rng(13).standard_normal(N)
     pool = pool_of(table, r, prior=1e4)
     assert abs(pool.score((0,)).evidence - pool.score((1,)).evidence) < 3.0
+
+
+def test_what_passes_the_threshold_is_reported_even_if_the_prior_is_wide():
+    """Detection is decided by the p-value: a vague prior must not hide an effect."""
+    table = directions(14, "a", "b", "c")
+    rng = np.random.default_rng(15)
+    r = rng.standard_normal(N)
+    column = table["a"][:, 0]
+    r += (5.5 - column @ r / np.linalg.norm(column)) * column / np.linalg.norm(column)
+    pool = pool_of(table, r, prior=1e9)
+    assert pool.score((0,)).evidence < 0
+    assert best_set(pool, (), np.log(0.01 / 3), 2).members == (0,)

@@ -7,12 +7,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-import pandas as pd
 
 from unmodeled.core.errors import DataError, NumericalError, OrbitError
 from unmodeled.core.seeds import Streams
 from unmodeled.pipeline.cases.candidate import Candidate
 from unmodeled.pipeline.cases.case import Case
+from unmodeled.pipeline.comparison.whiteness import whiteness
 from unmodeled.pipeline.diagnosis.describe import describe_candidates, describe_finding
 from unmodeled.pipeline.diagnosis.further_data import further_data
 from unmodeled.pipeline.diagnosis.held_out import held_out_rms
@@ -78,7 +78,7 @@ def diagnose(case: Case, *, most: int = 5, progress: Progress | None = None) -> 
     first_fit = fit
     steps = [Step("", _rms(fit), held_out_rms(state.case))]
     limit, first_pool, tried = 0.0, None, [frozenset[str]()]
-    pool, chosen = None, None
+    pool, chosen, lin = None, None, None
     for turn in range(2 * most + 2):
         say(f"scoring {len(case.candidates)} candidates", (turn + 0.3) / (2 * most + 2))
         lin = Linearisation(replace(state.case, estimate=case.estimate), state.fit)
@@ -111,7 +111,7 @@ def diagnose(case: Case, *, most: int = 5, progress: Progress | None = None) -> 
         state = fresh
         label = added if not gone else f"{added or 'nothing'} for {gone}"
         steps.append(Step(label, _rms(state.fit), held_out_rms(state.case)))
-    if pool is None or chosen is None or first_pool is None:  # the loop ran at least once
+    if pool is None or chosen is None or first_pool is None or lin is None:  # the loop ran at least once
         raise NumericalError("no turn was made")
     remainder = remainder_log_p(pool, chosen.members)
     findings = tuple(
@@ -131,7 +131,7 @@ def diagnose(case: Case, *, most: int = 5, progress: Progress | None = None) -> 
         final_case=state.case,
         fit=first_fit,
         final_fit=state.fit,
-        whiteness=pd.DataFrame(),
+        whiteness=whiteness(lin),
         seconds=time.perf_counter() - begin,
     )
 

@@ -137,7 +137,7 @@ class Pool:
             tuple(chosen),
             drop,
             float(np.sqrt(variance)),
-            self._evidence(chosen, G / variance, c / variance, variance),
+            self._evidence(chosen, G / variance, c / variance, variance, estimate),
             estimate,
             inverse * variance,
         )
@@ -202,19 +202,28 @@ class Pool:
         b = (axes.T @ (c[index] / scale))[kept]
         return float(np.sum(b * b / size[kept]))
 
-    def _evidence(self, chosen: Sequence[int], G: Array, c: Array, variance: float) -> float:
+    def _evidence(
+        self, chosen: Sequence[int], G: Array, c: Array, variance: float, estimate: Array
+    ) -> float:
         """Log Bayes factor: Gaussian priors; a mixture where a value is known; unknown noise.
 
         With a known value the prior is half "as accepted, within 5 %", half "any of this size".
+        Expected sizes are guesses: a prior is widened to the estimate if that is larger, which
+        costs twice the logarithm of the factor (a tail that falls as the third power).
         The noise is integrated over (Jeffreys' prior): sets are compared by the logarithm of what
         they leave, and two that explain the same are equal however strong the signal.
         """
         size = 0.5 * max(self.freedom - len(c), 1)
         options: list[list[tuple[float, float]]] = []
+        widened, first = 0.0, 0
         for k in chosen:
             candidate = self.members[k].candidate
+            part = estimate[first : first + self.members[k].size]
+            first += self.members[k].size
+            wide = float(max(1.0, np.sqrt(np.mean(part * part))))
+            widened += 2.0 * np.log(wide)
             for name, prior in zip(candidate.estimate, candidate.priors, strict=True):
-                broad = (0.0, 1.0)
+                broad = (0.0, wide)
                 if name in candidate.known:
                     value, sigma = candidate.known[name]
                     mean = (value - candidate.values[name]) / prior
@@ -237,7 +246,7 @@ class Pool:
             total = float(np.logaddexp(total, value))
         names = len({m.candidate.name for m in self.members})
         chances = sum(np.log(names * max(len(self.members[k].candidate.places), 1)) for k in chosen)
-        return total - float(np.log(len(mixtures))) - float(chances)
+        return total - float(np.log(len(mixtures))) - float(chances) - widened
 
     def _index(self, chosen: Sequence[int]) -> Array:
         if not len(chosen):

@@ -44,7 +44,7 @@ def best_set(pool: Pool, start: Sequence[int], limit: float, growth: int) -> Set
 
     best = _pruned(pool, score(tuple(start)), limit)
     beam = [best]
-    for _ in range(growth):
+    for step in range(growth):
         grown: dict[frozenset[int], SetScore] = {}
         for current in beam:
             drops, p = pool.gains(current.members)
@@ -55,9 +55,14 @@ def best_set(pool: Pool, start: Sequence[int], limit: float, growth: int) -> Set
                 grown[frozenset(candidate.members)] = candidate
         ranked = sorted(grown.values(), key=lambda s: -s.evidence)
         beam = ranked[:_BEAM]
+        # Whether anything is missing is for the threshold to say; which, for the evidence.
+        if step == 0:
+            passed = [s for s in ranked if _passes(pool, s, limit)]
+            best = passed[0] if passed else best
         for candidate in beam:
-            settled = _exchanged(pool, candidate, score)
-            if settled.evidence > best.evidence + _MARGIN and _passes(pool, settled, limit):
+            # Exchanged first, pruned then: the right set may need that a wrong member leaves.
+            settled = _pruned(pool, _exchanged(pool, candidate, score), limit)
+            if settled.members and settled.evidence > best.evidence + _MARGIN:
                 best = settled
     return _exchanged(pool, best, score, limit)
 
@@ -91,7 +96,7 @@ def _pruned(pool: Pool, s: SetScore, limit: float) -> SetScore:
 def _exchanged(
     pool: Pool, s: SetScore, score: Callable[[Sequence[int]], SetScore], limit: float | None = None
 ) -> SetScore:
-    """Drop members, exchange one, or put one in the place of two, while the evidence grows."""
+    """Exchange one member, or put one in the place of two, while the evidence grows."""
     for _ in range(4 * max(len(s.members), 1)):
         best = s
         sizes = (1, 2) if len(s.members) > 1 else (1,)
@@ -100,12 +105,13 @@ def _exchanged(
             drops, p = pool.gains(rest)
             free = _free(pool, rest)
             order = [int(k) for k in np.argsort(p) if k in free and drops[k] > 0]
-            trials = [rest, *([*rest, k] for k in order[: 2 * _BEAM])]
-            for trial in trials:
+            for trial in ([*rest, k] for k in order[: 2 * _BEAM]):
                 candidate = score(trial)
-                if candidate.evidence > best.evidence + _MARGIN and (
-                    limit is None or _passes(pool, candidate, limit)
-                ):
+                if candidate.evidence <= best.evidence + _MARGIN:
+                    continue
+                if limit is not None:
+                    candidate = _pruned(pool, candidate, limit)
+                if candidate.evidence > best.evidence + _MARGIN:
                     best = candidate
         if best is s:
             return s
