@@ -43,7 +43,7 @@ def report(rows: list[dict]) -> str:
 
 
 def false_alarms(rows: list[dict]) -> list[str]:
-    """Findings where nothing is missing, with the binomial interval of the set level."""
+    """Count findings where nothing is missing, with the binomial interval of the set level."""
     out = ["## Nothing hidden", "", "| noise as stated | cases | named an effect | remainder only |"
            " allowed at 1 % (99 % of draws) |", "|---|---|---|---|---|"]  # fmt: skip
     for factor in (1.0, 2.0):
@@ -61,7 +61,8 @@ def strengths(rows: list[dict]) -> list[str]:
     """One hidden effect: detection beside the optimum, label right."""
     out = ["## One effect hidden", "",
            "| lambda | noise | cases | detected | optimum | first | first or in its class |"
-           " right of those detected | nothing else named |", "|---|---|---|---|---|---|---|---|---|"]  # fmt: skip
+           " right of those detected | nothing else named |",
+           "|---|---|---|---|---|---|---|---|---|"]  # fmt: skip
     one = [r for r in rows if r["kind"] == "one"]
     for strength, factor in sorted({(r["strengths"][0], r["noise_factor"]) for r in one}):
         some = [r for r in one if (r["strengths"][0], r["noise_factor"]) == (strength, factor)]
@@ -89,12 +90,12 @@ def best_power(r: dict) -> float:
 
 
 def right_first(r: dict) -> bool:
-    """The first finding is the hidden effect."""
+    """Say whether the first finding is the hidden effect."""
     return bool(r["found"]) and r["found"][0]["name"] == next(iter(r["truth"]))
 
 
 def right_class(r: dict) -> bool:
-    """The hidden effect is in the class of the first finding."""
+    """Say whether the hidden effect is in the class of the first finding."""
     return bool(r["found"]) and next(iter(r["truth"])) in r["found"][0]["class"]
 
 
@@ -181,7 +182,7 @@ def sizes(rows: list[dict]) -> list[str]:
 
 
 def confusion(rows: list[dict]) -> list[str]:
-    """What was named for what was hidden."""
+    """Count what was named for what was hidden."""
     out = ["## Confusion (one effect hidden, detected): hidden -> named first", "",
            "| hidden | cases | right first | right class | named instead, class wrong |",
            "|---|---|---|---|---|"]  # fmt: skip

@@ -17,7 +17,7 @@ from unmodeled.pipeline.cases.candidate import Candidate
 from unmodeled.pipeline.cases.case import Case
 from unmodeled.pipeline.fit_problem import Arc, FitProblem, Point
 from unmodeled.pipeline.orbit_fit import OrbitFit
-from unmodeled.pipeline.partials import ArcPartials
+from unmodeled.pipeline.partials import ArcPartials, Indices
 
 __all__ = ["ArcRows", "Linearisation"]
 
@@ -45,7 +45,7 @@ class ArcRows:
     arc: Arc
     rows: slice
     partials: ArcPartials
-    sets: list[tuple[Measurements, Array, Array]]
+    sets: list[tuple[Measurements, Indices, Array]]
 
 
 class Linearisation:
@@ -130,7 +130,7 @@ class Linearisation:
             return self._kick(effect, values)
         if isinstance(effect, Effect):
             # A parameter of the model itself may stand in several of its effects.
-            own = set(names) <= set(self.model.values)
+            own = effect in self.model.effects and set(names) <= set(self.model.values)
             model = self.model if own else self.model.with_effects([effect], values)
             return self.force_columns(
                 [
@@ -248,8 +248,8 @@ def _orthonormal(columns: Array, full: Array | None = None) -> Array:
     size = np.linalg.norm(columns if full is None else full, axis=0)
     scaled = columns / np.where(size > 0, size, 1.0)
     basis, r, _ = scipy.linalg.qr(scaled, mode="economic", pivoting=True)
-    kept: Array = basis[:, : int(np.sum(np.abs(np.diag(r)) > 1e-13))]
-    return kept
+    rank = int(np.sum(np.abs(np.diag(r)) > 1e-13))
+    return np.asarray(basis[:, :rank], dtype=float)
 
 
 def _masks(fit: OrbitFit, arcs: Sequence[Arc]) -> list[Array]:

@@ -7,7 +7,10 @@ propagation and no compilation of their own: only their accelerations along the 
 
 from __future__ import annotations
 
+from typing import TypeAlias
+
 import numpy as np
+import numpy.typing as npt
 from numpy.polynomial import legendre
 
 from unmodeled.core.arrays import Array, as_array
@@ -16,6 +19,8 @@ from unmodeled.core.frames import rtn_from_inertial
 from unmodeled.models.physics import Dynamics
 
 __all__ = ["ArcPartials"]
+
+Indices: TypeAlias = npt.NDArray[np.intp]
 
 #: Gauss-Legendre nodes of a panel, and panels for each turn of orbit and body: 20 panels resolve
 #: forces that change with the 16th harmonic to 1e-7.
@@ -139,7 +144,7 @@ class ArcPartials:
         after = (self.times[:, None] > self.nodes[k]) & inside
         columns = np.einsum("nab,qbc->naqc", self._scaled(self._matrices), kernel)
         columns = columns * after[:, None, :, None] * self._scale[:, None, None]
-        return columns.reshape(len(self.times), 6, -1), self.nodes[k]
+        return np.asarray(columns.reshape(len(self.times), 6, -1), dtype=float), self.nodes[k]
 
     def _chunk(self, accelerations: Array) -> Array:
         if not len(self.nodes):
@@ -152,10 +157,10 @@ class ArcPartials:
         zero = before[k] + np.einsum("j,jap->ap", weights, rate[k])
         sums = before[self._panel] - zero
         sums += np.einsum("nj,njap->nap", self._partial, rate[self._panel])
-        turned: Array = self._scaled(self._matrices) @ sums
-        return turned * self._scale[:, None]
+        turned: Array = self._scaled(self._matrices) @ sums * self._scale[:, None]
+        return turned
 
-    def _rules(self, times: Array) -> tuple[Array, Array]:
+    def _rules(self, times: Array) -> tuple[Indices, Array]:
         """Panel of each time, and the weights of the integral from the panel's start to it."""
         if not len(self._half):
             return np.zeros(len(times), dtype=int), np.zeros((len(times), _NODES))
@@ -176,7 +181,8 @@ class ArcPartials:
         return panel, rules * self._half[panel][:, None]
 
     def _scaled(self, matrices: Array) -> Array:
-        return matrices / self._scale[:, None] * self._scale
+        scaled: Array = matrices / self._scale[:, None] * self._scale
+        return scaled
 
 
 def _panels(dynamics: Dynamics, state: Array, start: float, end: float) -> Array:
@@ -202,12 +208,12 @@ def _panels(dynamics: Dynamics, state: Array, start: float, end: float) -> Array
 
 def _refined(edges: Array, dynamics: Dynamics) -> Array:
     """Edges with more of them where a force changes abruptly: finer by halves towards the event."""
-    extra = []
+    extra: list[Array] = []
     for effect in dynamics.effects:
         for time, width in effect.events(dynamics.values):
             reach = np.median(np.diff(edges)) if len(edges) > 1 else width
             steps = width * 2.0 ** np.arange(-1, max(np.ceil(np.log2(reach / width)), 0) + 2)
-            extra += [time - steps, [time], time + steps]
+            extra += [time - steps, np.array([time]), time + steps]
     if not extra or len(edges) < 2:
         return edges
     inside = np.concatenate(extra)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.pipeline.diagnosis.conftest import DAY, EPOCH, case_of, model, positions, state_of
+from tests.pipeline.diagnosis.conftest import DAY, EARTH, EPOCH, case_of, model, positions, state_of
 
 from unmodeled.core.constants import GM_OF
 from unmodeled.datasets.measurement_effects import FrameRotation, RangeBias, TimeTag
@@ -14,9 +14,9 @@ from unmodeled.pipeline.diagnosis.diagnose import diagnose
 
 AIR = {
     "drag_B": 2e-3,
-    "drag_rho0": 6.967e-13,
-    "drag_r0": 6378136.3 + 500e3,
-    "drag_H": 63822.0,
+    "drag_rho0": EARTH.atmosphere.layer(499e3).density,
+    "drag_r0": EARTH.reference_radius + EARTH.atmosphere.layer(499e3).altitude,
+    "drag_H": EARTH.atmosphere.layer(499e3).scale_height,
     "drag_omega": 7.292115e-5,
 }
 RIVALS = {"drag", "constant_transverse", "constant_radial", "zonal_3", "srp", "gm_error"}
@@ -28,7 +28,7 @@ RIVALS = {"drag", "constant_transverse", "constant_radial", "zonal_3", "srp", "g
 def test_drag_is_a_constant_push_on_a_circular_orbit_only(
     surroundings, eccentricity, sigma, together
 ):
-    a = 6878136.3 / (1 - eccentricity)
+    a = 6877e3 / (1 - eccentricity)
     state = state_of(a, eccentricity, 1.1)
     truth = model(surroundings, [ExponentialDrag()], AIR)
     known = model(surroundings)

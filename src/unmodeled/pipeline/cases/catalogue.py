@@ -166,17 +166,20 @@ def _is_new(candidate: Candidate, present: set[str], dynamics: Dynamics) -> bool
     effect = candidate.effect
     if not isinstance(effect, Effect):
         return True
-    if set(candidate.estimate) <= set(dynamics.values):
-        # An error of a parameter that the model has; those of accepted values have none.
-        return not candidate.known
-    return not effect.terms & present
+    if not effect.terms & present:
+        return True
+    # An error of a parameter that the model has; those of accepted values have none.
+    known = set(candidate.estimate) <= set(dynamics.values)
+    return known and effect.terms <= present and not candidate.known
 
 
 def _of_the_model(candidate: Candidate, dynamics: Dynamics) -> Candidate:
     """Turn a candidate that the model has already into an error of its parameters."""
     names = set(candidate.estimate)
     values = dynamics.values
-    if not names <= set(values):
+    present = {term for effect in dynamics.effects for term in effect.terms}
+    terms = candidate.effect.terms if isinstance(candidate.effect, Effect) else frozenset()
+    if not names <= set(values) or not terms <= present:
         return candidate
     own = next(e for e in dynamics.effects if names <= {p.name for p in e.parameters} | _TURNING)
     title = candidate.title

@@ -184,20 +184,21 @@ def _remarks(case: Case, name: str, estimates: tuple[Estimate, ...]) -> tuple[st
     """Say what speaks against a label, and the common name of a slip."""
     found = []
     for e in estimates:
+        unit = "" if e.unit == "1" else f" {e.unit}"
         if e.pull is not None and e.accepted is not None:
             if abs(e.pull) > _PULL:
                 found.append(
-                    f"{e.name} would be {e.value:.6g} {e.unit}, {abs(e.pull):.1f} sigma from the "
+                    f"{e.name} would be {e.value:.6g}{unit}, {abs(e.pull):.1f} sigma from the "
                     f"accepted {e.accepted:.6g}: something else is in it, or it is not this"
                 )
             else:
                 found.append(
-                    f"{e.name} agrees with the accepted {e.accepted:.6g} {e.unit} "
+                    f"{e.name} agrees with the accepted {e.accepted:.6g}{unit} "
                     f"({e.pull:+.1f} sigma)"
                 )
         elif abs(e.value) > _PULL * e.expected and case and e.unit != "m3 s-2":
             found.append(
-                f"{e.name} would be {e.value:.3g} {e.unit}, expected within {e.expected:.1g}: "
+                f"{e.name} would be {e.value:.3g}{unit}, expected within {e.expected:.1g}: "
                 "unlikely to be this"
             )
     values = np.array([e.value for e in estimates])

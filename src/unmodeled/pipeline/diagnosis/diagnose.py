@@ -19,7 +19,7 @@ from unmodeled.pipeline.diagnosis.held_out import held_out_rms
 from unmodeled.pipeline.diagnosis.pool import Pool, SetScore
 from unmodeled.pipeline.diagnosis.remainder import remainder_log_p
 from unmodeled.pipeline.diagnosis.result import Diagnosis, Step, Verdict
-from unmodeled.pipeline.diagnosis.search import best_set
+from unmodeled.pipeline.diagnosis.search import best_set, pruned
 from unmodeled.pipeline.diagnosis.threshold import smallest_p_threshold
 from unmodeled.pipeline.linearisation import Linearisation
 from unmodeled.pipeline.orbit_fit import OrbitFit
@@ -111,8 +111,19 @@ def diagnose(case: Case, *, most: int = 5, progress: Progress | None = None) -> 
         state = fresh
         label = added if not gone else f"{added or 'nothing'} for {gone}"
         steps.append(Step(label, _rms(state.fit), held_out_rms(state.case)))
-    if pool is None or chosen is None or first_pool is None or lin is None:  # the loop ran at least once
-        raise NumericalError("no turn was made")
+    if pool is None or chosen is None or first_pool is None or lin is None:
+        raise NumericalError("no turn was made")  # most is 0 or more: there is at least one
+    kept = pruned(pool, chosen, limit)
+    if len(kept.members) < len(chosen.members) and (last := _fitted(case, state, pool, kept)):
+        # The exact fits moved on since a member was chosen: what no longer passes is taken out.
+        gone = ", ".join(sorted(set(state.accepted) - set(last.accepted)))
+        state = last
+        steps.append(Step(f"without {gone}", _rms(state.fit), held_out_rms(state.case)))
+        lin = Linearisation(replace(state.case, estimate=case.estimate), state.fit)
+        pool = Pool(lin, case.candidates, state.accepted)
+        chosen = pool.score(
+            [k for k, m in enumerate(pool.members) if m.candidate.name in state.accepted]
+        )
     remainder = remainder_log_p(pool, chosen.members)
     findings = tuple(
         describe_finding(case, pool, chosen, m, limit, state.fit)
@@ -187,14 +198,29 @@ def _fitted(case: Case, state: _State, pool: Pool, chosen: SetScore) -> _State |
         free: dict[str, float | None] = dict.fromkeys(candidate.estimate)
         free |= {name: _reach(candidate, name) for name in candidate.searched}
         model = model.with_effect(candidate, values, free)
-    try:
-        fit = model.fit(settled=_SETTLED)
-    except (NumericalError, OrbitError, DataError):
+    fit = _fit_or_none(model) or _fit_or_none(_held(model, members))
+    if fit is None:
         return None
     model = model.at(fit)
     now = {**model.dynamics.values, **model.instrument_values}
     accepted = {c.name: {k: now.get(k, v) for k, v in values.items()} for c, values in members}
     return _State(model, fit, accepted)
+
+
+def _fit_or_none(model: Case) -> OrbitFit | None:
+    try:
+        return model.fit(settled=_SETTLED)
+    except (NumericalError, OrbitError, DataError):
+        return None
+
+
+def _held(model: Case, members: list[tuple[Candidate, dict[str, float]]]) -> Case:
+    """Hold what was added by its expected size: a part of it may be absorbed by the states."""
+    free = dict(model.estimate)
+    for candidate, values in members:
+        for name, prior in zip(candidate.estimate, candidate.priors, strict=True):
+            free[name] = max(prior, abs(values[name] - candidate.values[name]))
+    return replace(model, estimate=free)
 
 
 def _reach(candidate: Candidate, name: str) -> float:

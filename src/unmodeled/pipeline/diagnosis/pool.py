@@ -226,16 +226,16 @@ class Pool:
                 broad = (0.0, wide)
                 if name in candidate.known:
                     value, sigma = candidate.known[name]
-                    mean = (value - candidate.values[name]) / prior
-                    width = np.hypot(sigma / prior, 0.05 * abs(mean))
-                    options.append([broad, (mean, width)])
+                    centre = (value - candidate.values[name]) / prior
+                    spread = float(np.hypot(sigma / prior, 0.05 * abs(centre)))
+                    options.append([broad, (centre, spread)])
                 else:
                     options.append([broad])
         total = -np.inf
         mixtures = _product(options)
         for prior_set in mixtures:
             mean = np.array([p[0] for p in prior_set])
-            width = np.array([p[1] for p in prior_set])
+            width: Array = np.array([p[1] for p in prior_set])
             d = (c - G @ mean) * width
             A = G * width[:, None] * width + np.eye(len(mean))
             factor = np.linalg.cholesky(A)

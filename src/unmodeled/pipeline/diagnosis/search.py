@@ -9,7 +9,7 @@ import numpy as np
 
 from unmodeled.pipeline.diagnosis.pool import Pool, SetScore, log_p
 
-__all__ = ["best_set", "drop_p"]
+__all__ = ["best_set", "drop_p", "pruned"]
 
 #: Sets that are followed side by side, and how many ways of growing each are tried.
 _BEAM = 5
@@ -42,7 +42,7 @@ def best_set(pool: Pool, start: Sequence[int], limit: float, growth: int) -> Set
             known[key] = pool.score(sorted(chosen))
         return known[key]
 
-    best = _pruned(pool, score(tuple(start)), limit)
+    best = pruned(pool, score(tuple(start)), limit)
     beam = [best]
     for step in range(growth):
         grown: dict[frozenset[int], SetScore] = {}
@@ -61,7 +61,7 @@ def best_set(pool: Pool, start: Sequence[int], limit: float, growth: int) -> Set
             best = passed[0] if passed else best
         for candidate in beam:
             # Exchanged first, pruned then: the right set may need that a wrong member leaves.
-            settled = _pruned(pool, _exchanged(pool, candidate, score), limit)
+            settled = pruned(pool, _exchanged(pool, candidate, score), limit)
             if settled.members and settled.evidence > best.evidence + _MARGIN:
                 best = settled
     return _exchanged(pool, best, score, limit)
@@ -82,8 +82,8 @@ def _passes(pool: Pool, s: SetScore, limit: float) -> bool:
     return all(drop_p(pool, s.members, m)[1] <= limit for m in s.members)
 
 
-def _pruned(pool: Pool, s: SetScore, limit: float) -> SetScore:
-    """Drop the weakest member until all pass."""
+def pruned(pool: Pool, s: SetScore, limit: float) -> SetScore:
+    """Drop the weakest member of a set until each passes the threshold, ln p ``limit``."""
     while s.members:
         p = {m: drop_p(pool, s.members, m)[1] for m in s.members}
         weakest = max(p, key=lambda m: p[m])
@@ -110,7 +110,7 @@ def _exchanged(
                 if candidate.evidence <= best.evidence + _MARGIN:
                     continue
                 if limit is not None:
-                    candidate = _pruned(pool, candidate, limit)
+                    candidate = pruned(pool, candidate, limit)
                 if candidate.evidence > best.evidence + _MARGIN:
                     best = candidate
         if best is s:
