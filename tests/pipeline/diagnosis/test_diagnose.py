@@ -42,7 +42,7 @@ def test_nothing_missing_says_what_would_have_been_seen():
 def test_two_effects_at_once_with_noise_twice_as_stated():
     hidden = [
         HiddenEffect("srp", noncentrality=4000.0),
-        HiddenEffect("zonal_6", noncentrality=1000),
+        HiddenEffect("tesseral_2_2", noncentrality=1000.0),
     ]
     made = simulate("bennu", 9, hidden, noise_factor=2.0)
     answer = diagnose(made.case)

@@ -191,8 +191,9 @@ def _fitted(case: Case, state: _State, pool: Pool, chosen: SetScore) -> _State |
         part = chosen.estimate[first : first + member.size] * np.array(candidate.priors)
         first += member.size
         values = dict(member.values)
-        for name, change in zip(candidate.estimate, part, strict=True):
-            values[name] = candidate.values[name] + float(change)
+        for parameter, change in zip(candidate.parameters, part, strict=True):
+            value = candidate.values[parameter.name] + float(change)
+            values[parameter.name] = float(np.clip(value, parameter.lower, parameter.upper))
         members.append((candidate, values))
         # A searched place is kept near where it was found: it may leave no trace elsewhere.
         free: dict[str, float | None] = dict.fromkeys(candidate.estimate)
