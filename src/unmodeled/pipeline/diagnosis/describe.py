@@ -8,7 +8,9 @@ import numpy as np
 import pandas as pd
 import scipy.stats
 
+from unmodeled.core.arrays import Array
 from unmodeled.datasets.slips import explain_rotation, explain_time_offset
+from unmodeled.pipeline.cases.candidate import Candidate
 from unmodeled.pipeline.cases.case import Case
 from unmodeled.pipeline.diagnosis.pool import Pool, SetScore
 from unmodeled.pipeline.diagnosis.result import Estimate, Finding, Rival
@@ -27,9 +29,16 @@ _PULL = 4.0
 
 
 def describe_finding(
-    case: Case, pool: Pool, chosen: SetScore, member: int, limit: float, fit: OrbitFit
+    case: Case,
+    pool: Pool,
+    chosen: SetScore,
+    member: int,
+    limit: float,
+    fit: OrbitFit,
+    *,
+    coloured: bool = False,
 ) -> Finding:
-    """Describe one member of the chosen set."""
+    """Describe one member of the chosen set; ``coloured``: what remains is not white."""
     m = pool.members[member]
     candidate = m.candidate
     drop, p = drop_p(pool, chosen.members, member)
@@ -61,7 +70,10 @@ def describe_finding(
         confidence=confidence,
         consistency_p=q,
         largest_change=change,
-        remarks=_remarks(case, candidate.name, estimates),
+        remarks=(
+            *_remarks(case, candidate, estimates),
+            *(_doubts(pool, chosen, member) if coloured else ()),
+        ),
     )
 
 
@@ -180,7 +192,36 @@ def _stability(pool: Pool, chosen: SetScore, member: int) -> tuple[float | None,
     return q, largest
 
 
-def _remarks(case: Case, name: str, estimates: tuple[Estimate, ...]) -> tuple[str, ...]:
+def _doubts(pool: Pool, chosen: SetScore, member: int) -> tuple[str, ...]:
+    """Say how significant a finding is if only whole stretches of residuals are independent.
+
+    The scatter of the stretches' contributions takes the place of the noise (the sandwich of
+    [LiangZeger1986] with stretches as clusters): coloured residuals are counted for what they are.
+    """
+    index = np.concatenate([pool.members[k].columns for k in chosen.members])
+    residual = pool.residual - pool.columns[:, index] @ chosen.estimate
+    rest = [k for k in chosen.members if k != member]
+    G, _ = pool.beside(rest)
+    own = pool.members[member].columns
+    other = np.concatenate([pool.members[k].columns for k in rest]) if rest else np.zeros(0, int)
+    B = pool.columns[:, own]
+    if len(other):
+        A = pool.columns[:, other]
+        B = B - A @ (np.linalg.pinv(A.T @ A, rcond=1e-10, hermitian=True) @ (A.T @ B))
+    first = [int(i) for k in chosen.members for i in pool.members[k].columns].index(int(own[0]))
+    signal = G[np.ix_(own, own)] @ chosen.estimate[first : first + len(own)]
+    parts = np.array([B[rows].T @ residual[rows] for rows in _stretches(pool)])
+    scatter = parts.T @ parts * len(parts) / max(len(parts) - 1, 1)
+    strength = float(np.sqrt(signal @ np.linalg.pinv(scatter, hermitian=True) @ signal / len(own)))
+    text = f"what remains is not white: counted by stretches of time this is {strength:.1f} sigma"
+    return (text if strength >= _PULL else f"{text}, which is doubtful",)
+
+
+def _stretches(pool: Pool) -> list[Array]:
+    return list(np.array_split(np.arange(pool.lin.measured), 2 * _BLOCKS))
+
+
+def _remarks(case: Case, candidate: Candidate, estimates: tuple[Estimate, ...]) -> tuple[str, ...]:
     """Say what speaks against a label, and the common name of a slip."""
     found = []
     for e in estimates:
@@ -196,14 +237,15 @@ def _remarks(case: Case, name: str, estimates: tuple[Estimate, ...]) -> tuple[st
                     f"{e.name} agrees with the accepted {e.accepted:.6g}{unit} "
                     f"({e.pull:+.1f} sigma)"
                 )
-        elif abs(e.value) > _PULL * e.expected and case and e.unit != "m3 s-2":
+        elif abs(e.value - candidate.values[e.name]) > _PULL * e.expected:
+            change = e.value - candidate.values[e.name]
             found.append(
-                f"{e.name} would be {e.value:.3g}{unit}, expected within {e.expected:.1g}: "
+                f"{e.name} would change by {change:.3g}{unit}, {e.expected:.1g} was expected: "
                 "unlikely to be this"
             )
     values = np.array([e.value for e in estimates])
     sigmas = np.array([e.sigma for e in estimates])
-    text = None
+    text, name = None, candidate.name
     if name.startswith("time_tag") and len(estimates) == 1:
         text = explain_time_offset(float(values[0]), float(sigmas[0]), case.epoch)
     elif name.startswith("frame_rotation"):

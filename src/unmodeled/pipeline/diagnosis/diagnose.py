@@ -12,7 +12,7 @@ from unmodeled.core.errors import DataError, NumericalError, OrbitError
 from unmodeled.core.seeds import Streams
 from unmodeled.pipeline.cases.candidate import Candidate
 from unmodeled.pipeline.cases.case import Case
-from unmodeled.pipeline.comparison.whiteness import whiteness
+from unmodeled.pipeline.comparison.whiteness import is_coloured, whiteness
 from unmodeled.pipeline.diagnosis.describe import describe_candidates, describe_finding
 from unmodeled.pipeline.diagnosis.further_data import further_data
 from unmodeled.pipeline.diagnosis.held_out import held_out_rms
@@ -125,8 +125,10 @@ def diagnose(case: Case, *, most: int = 5, progress: Progress | None = None) -> 
             [k for k, m in enumerate(pool.members) if m.candidate.name in state.accepted]
         )
     remainder = remainder_log_p(pool, chosen.members)
+    white = whiteness(lin)
+    coloured = remainder < _REMAINDER or is_coloured(white)
     findings = tuple(
-        describe_finding(case, pool, chosen, m, limit, state.fit)
+        describe_finding(case, pool, chosen, m, limit, state.fit, coloured=coloured)
         for m in sorted(chosen.members, key=lambda m: -_drop_without(pool, chosen, m))
     )
     return Diagnosis(
@@ -142,7 +144,7 @@ def diagnose(case: Case, *, most: int = 5, progress: Progress | None = None) -> 
         final_case=state.case,
         fit=first_fit,
         final_fit=state.fit,
-        whiteness=whiteness(lin),
+        whiteness=white,
         seconds=time.perf_counter() - begin,
     )
 
