@@ -39,6 +39,9 @@ docs: $(DOCS_STAMP)
 bench: $(DEV_STAMP)
 	$(BIN)/python benchmarks/collision_screening.py
 	$(BIN)/python benchmarks/robustness_pairs.py
+	$(BIN)/python benchmarks/diagnosis_speed.py
+	$(BIN)/python benchmarks/hidden_effects/suite.py --workers 2
+	$(BIN)/python benchmarks/hidden_effects/summary.py
 
 $(BIN)/python:
 	$(PYTHON) -c 'import sys; sys.exit("unmodeled needs Python >= 3.11, found " + sys.version.split()[0]) if sys.version_info < (3, 11) else None'

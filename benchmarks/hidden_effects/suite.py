@@ -245,7 +245,12 @@ def main() -> None:
     parser.add_argument("--only", help="kinds, comma separated")
     parser.add_argument("--stride", type=int, default=1, help="every n-th case")
     parser.add_argument("--out", type=Path, default=RESULTS)
+    parser.add_argument("--again", help="kinds, comma separated, whose results are dropped first")
     args = parser.parse_args()
+    if args.again and args.out.exists():
+        lines = [line for line in args.out.read_text().splitlines() if line]
+        kept = [x for x in lines if json.loads(x)["kind"] not in args.again.split(",")]
+        args.out.write_text("".join(x + "\n" for x in kept))
     todo = [t for t in tasks() if not args.only or t.kind in args.only.split(",")][:: args.stride]
     done = set()
     if args.out.exists():

@@ -22,6 +22,8 @@ __all__ = ["STATE", "Arc", "FitProblem", "Point"]
 STATE = ("x", "y", "z", "vx", "vy", "vz")
 #: A parameter whose typical change moves all measurements together by fewer sigmas is not there.
 _EMPTY = 1e-9
+#: ... its typical change being at least this share of itself (GM of the Sun has 21 digits).
+_SHARE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -227,7 +229,7 @@ class FitProblem:
         """Refuse parameters and state components that no measurement depends on."""
         for p, size in zip(self.parameters, np.diag(arrow.shared), strict=True):
             # A change by the parameter's scale moves the measurements by rounding only.
-            if np.sqrt(size) * p.scale < _EMPTY:
+            if np.sqrt(size) * max(p.scale, _SHARE * abs(p.value)) < _EMPTY:
                 raise DataError(
                     f"the measurements do not depend on {p.name}: its column is empty",
                     do="do not estimate it from these data",

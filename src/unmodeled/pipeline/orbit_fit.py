@@ -24,6 +24,8 @@ _COST = 1e-14
 _MAX_EDITS = 10
 #: With less damping than this a step is that of Gauss and Newton.
 _LINEAR = 1e-3
+#: A search takes a fit whose cost still creeps down by less than this.
+_CREEP = 1.0
 
 
 @dataclass(frozen=True)
@@ -197,7 +199,7 @@ def _levenberg_marquardt(
             f"{count} measured components for {unknowns} unknowns",
             allowed="at least as many components as unknowns",
         )
-    damping, cost = 1e-6, problem.cost(point, used)
+    damping, cost, fell = 1e-6, problem.cost(point, used), np.inf
     for iteration in range(1, _MAX_ITERATIONS + 1):
         arrow = problem.normal_equations(point, used)
         problem.refuse_empty(arrow)
@@ -229,6 +231,8 @@ def _levenberg_marquardt(
         damping = max(damping / 10.0, 1e-15)
         if moved < _STEP or -settled <= fell <= enough:
             return point, iteration
+    if settled and 0 <= fell < _CREEP:  # along a direction that the data hardly see
+        return point, _MAX_ITERATIONS
     raise NumericalError(
         f"the orbit fit does not converge in {_MAX_ITERATIONS} iterations (cost {cost:.6g})",
         do="start nearer to the orbit, or use shorter arcs",

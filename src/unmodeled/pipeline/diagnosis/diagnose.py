@@ -78,7 +78,7 @@ def diagnose(case: Case, *, most: int = 5, progress: Progress | None = None) -> 
     first_fit = fit
     steps = [Step("", _rms(fit), held_out_rms(state.case))]
     limit, first_pool, tried = 0.0, None, [frozenset[str]()]
-    pool, chosen, lin = None, None, None
+    pool, chosen, lin, banned = None, None, None, frozenset[str]()
     for turn in range(2 * most + 2):
         say(f"scoring {len(case.candidates)} candidates", (turn + 0.3) / (2 * most + 2))
         lin = Linearisation(replace(state.case, estimate=case.estimate), state.fit)
@@ -90,7 +90,7 @@ def diagnose(case: Case, *, most: int = 5, progress: Progress | None = None) -> 
         start = [k for k, m in enumerate(pool.members) if m.candidate.name in state.accepted]
         room = most - len(start)
         growth = min(room, 1 if pool.score(()).noise > _ROUGH else 2)
-        chosen = best_set(pool, start, limit, growth)
+        chosen = best_set(pool, start, limit, growth, banned)
         names = frozenset(pool.members[m].candidate.name for m in chosen.members)
         if names == frozenset(state.accepted) or names in tried:
             chosen = pool.score(start)
@@ -98,8 +98,10 @@ def diagnose(case: Case, *, most: int = 5, progress: Progress | None = None) -> 
         say("refitting", (turn + 0.7) / (2 * most + 2))
         fresh = _refit(case, state, pool, chosen)
         if fresh is None:
+            # What cannot be fitted exactly is no answer; the next best may be.
+            banned |= names - frozenset(state.accepted)
             chosen = pool.score(start)
-            break
+            continue
         tried.append(frozenset(fresh.accepted))
         gained = state.fit.cost - fresh.fit.cost
         if len(fresh.accepted) <= len(state.accepted) and gained < _GAIN * chosen.noise**2:

@@ -17,7 +17,13 @@ _BEAM = 5
 _MARGIN = float(np.log(3.0))
 
 
-def best_set(pool: Pool, start: Sequence[int], limit: float, growth: int) -> SetScore:
+def best_set(
+    pool: Pool,
+    start: Sequence[int],
+    limit: float,
+    growth: int,
+    banned: frozenset[str] = frozenset(),
+) -> SetScore:
     """Return the set with the most evidence whose members all pass the threshold.
 
     From ``start``, sets are grown by up to ``growth`` members and members are exchanged, several
@@ -33,6 +39,8 @@ def best_set(pool: Pool, start: Sequence[int], limit: float, growth: int) -> Set
         ln p that every member must reach when it alone is dropped from the set.
     growth : int
         How many members may be added.
+    banned : frozenset of str
+        Candidates that are not added: their exact fit failed.
     """
     known: dict[frozenset[int], SetScore] = {}
 
@@ -48,7 +56,7 @@ def best_set(pool: Pool, start: Sequence[int], limit: float, growth: int) -> Set
         grown: dict[frozenset[int], SetScore] = {}
         for current in beam:
             drops, p = pool.gains(current.members)
-            free = _free(pool, current.members)
+            free = _free(pool, current.members, banned)
             order = [k for k in np.argsort(p) if k in free and drops[k] > 0][: 2 * _BEAM]
             for k in order:
                 candidate = score((*current.members, int(k)))
@@ -61,10 +69,11 @@ def best_set(pool: Pool, start: Sequence[int], limit: float, growth: int) -> Set
             best = passed[0] if passed else best
         for candidate in beam:
             # Exchanged first, pruned then: the right set may need that a wrong member leaves.
-            settled = pruned(pool, _exchanged(pool, candidate, score), limit)
+            settled = pruned(pool, _exchanged(pool, candidate, score, banned), limit)
             if settled.members and settled.evidence > best.evidence + _MARGIN:
                 best = settled
-    return _exchanged(pool, best, score, limit)
+    best = _exchanged(pool, best, score, banned, limit)
+    return _split(pool, best, score, banned, limit) if growth else best
 
 
 def drop_p(pool: Pool, chosen: Sequence[int], member: int) -> tuple[float, float]:
@@ -94,7 +103,11 @@ def pruned(pool: Pool, s: SetScore, limit: float) -> SetScore:
 
 
 def _exchanged(
-    pool: Pool, s: SetScore, score: Callable[[Sequence[int]], SetScore], limit: float | None = None
+    pool: Pool,
+    s: SetScore,
+    score: Callable[[Sequence[int]], SetScore],
+    banned: frozenset[str],
+    limit: float | None = None,
 ) -> SetScore:
     """Exchange one member, or put one in the place of two, while the evidence grows."""
     for _ in range(4 * max(len(s.members), 1)):
@@ -103,7 +116,7 @@ def _exchanged(
         for out in (o for size in sizes for o in itertools.combinations(s.members, size)):
             rest = [m for m in s.members if m not in out]
             drops, p = pool.gains(rest)
-            free = _free(pool, rest)
+            free = _free(pool, rest, banned)
             order = [int(k) for k in np.argsort(p) if k in free and drops[k] > 0]
             for trial in ([*rest, k] for k in order[: 2 * _BEAM]):
                 candidate = score(trial)
@@ -119,7 +132,42 @@ def _exchanged(
     return s
 
 
-def _free(pool: Pool, chosen: Sequence[int]) -> set[int]:
+def _split(
+    pool: Pool,
+    s: SetScore,
+    score: Callable[[Sequence[int]], SetScore],
+    banned: frozenset[str],
+    limit: float,
+) -> SetScore:
+    """Put two members in the place of one if that has more evidence: the one was a blend."""
+    best = s
+    for out in s.members:
+        rest = [m for m in s.members if m != out]
+        for first in _foremost(pool, rest, banned):
+            for second in _foremost(pool, [*rest, first], banned):
+                candidate = score([*rest, first, second])
+                if candidate.evidence > best.evidence + _MARGIN:
+                    candidate = pruned(pool, candidate, limit)
+                    if candidate.evidence > best.evidence + _MARGIN:
+                        best = candidate
+    return best
+
+
+def _foremost(pool: Pool, chosen: Sequence[int], banned: frozenset[str]) -> list[int]:
+    """Return the members with the smallest p-values beside a set, one a candidate."""
+    drops, p = pool.gains(chosen)
+    free, names, found = _free(pool, chosen, banned), set[str](), list[int]()
+    for k in np.argsort(p):
+        name = pool.members[k].candidate.name
+        if k in free and drops[k] > 0 and name not in names:
+            names.add(name)
+            found.append(int(k))
+        if len(found) == 2 * _BEAM:
+            break
+    return found
+
+
+def _free(pool: Pool, chosen: Sequence[int], banned: frozenset[str]) -> set[int]:
     """Members of candidates that the set does not have yet."""
-    taken = {pool.members[m].candidate.name for m in chosen}
+    taken = {pool.members[m].candidate.name for m in chosen} | banned
     return {k for k, m in enumerate(pool.members) if m.candidate.name not in taken}
