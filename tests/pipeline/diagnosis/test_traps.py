@@ -23,7 +23,7 @@ RIVALS = {"drag", "constant_transverse", "constant_radial", "zonal_3", "srp", "g
 
 
 @pytest.mark.parametrize(
-    ("eccentricity", "sigma", "together"), [(0.0005, 30.0, True), (0.2, 3.0, False)]
+    ("eccentricity", "sigma", "together"), [(0.0005, 30.0, True), (0.2, 1.0, False)]
 )
 def test_drag_is_a_constant_push_on_a_circular_orbit_only(
     surroundings, eccentricity, sigma, together
