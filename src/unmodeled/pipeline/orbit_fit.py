@@ -66,6 +66,12 @@ class OrbitFit:
     iterations: int
     dynamics: Dynamics = field(repr=False)
 
+    @property
+    def rms_in_sigmas(self) -> float:
+        """Root mean square of all used residuals in their stated sigmas."""
+        used = self.residuals[self.residuals["used"]]
+        return float(np.sqrt(np.mean((used["residual"] / used["sigma"]) ** 2)))
+
     def rms(self) -> pd.DataFrame:
         """Root mean square of the used residuals, in SI and in sigmas, a row a data type."""
         used = self.residuals[self.residuals["used"]]

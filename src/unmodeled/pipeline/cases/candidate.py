@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from unmodeled.core.errors import ConfigError
 from unmodeled.core.parameters import Parameter
 from unmodeled.datasets.measurement_effects import MeasurementEffect
@@ -77,3 +79,12 @@ class Candidate:
         turning = (SPIN_RATE, PRIME_MERIDIAN, POLE_X, POLE_Y)
         named = {p.name: p for p in (*turning, *self.effect.parameters)}
         return tuple(named[name] for name in self.estimate)
+
+    def reach(self, name: str) -> float:
+        """Return the distance between neighbouring places of a searched parameter.
+
+        The prior of a refit: a place is kept near where it was found, for elsewhere it may leave
+        no trace.
+        """
+        spread = float(np.ptp([place[name] for place in self.places]))
+        return max(spread / max(len(self.places) - 1, 1), 1e-9 * max(spread, 1.0))

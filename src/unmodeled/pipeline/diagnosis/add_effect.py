@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from unmodeled.pipeline.diagnosis.held_out import held_out_rms
 from unmodeled.pipeline.diagnosis.next_case import next_case
 from unmodeled.pipeline.diagnosis.pool import Pool
 from unmodeled.pipeline.diagnosis.result import Estimate
+from unmodeled.pipeline.diagnosis.start import estimates_of, with_set
 from unmodeled.pipeline.linearisation import Linearisation
 from unmodeled.pipeline.orbit_fit import OrbitFit
 
@@ -55,12 +56,12 @@ class Addition:
     @property
     def rms_before(self) -> float:
         """Residual RMS without it, in sigmas."""
-        return _rms(self.fit)
+        return self.fit.rms_in_sigmas
 
     @property
     def rms_after(self) -> float:
         """Residual RMS with it, in sigmas."""
-        return _rms(self.final_fit)
+        return self.final_fit.rms_in_sigmas
 
     @property
     def delta_chi_square(self) -> float:
@@ -169,10 +170,7 @@ def add(
     return Addition(
         case=case,
         candidate=candidate,
-        estimates=tuple(
-            _estimate(candidate, name, prior, final, noise)
-            for name, prior in zip(candidate.estimate, candidate.priors, strict=True)
-        ),
+        estimates=estimates_of(candidate, final, noise),
         fit=fit,
         final_fit=final,
         final_case=final_case,
@@ -243,39 +241,4 @@ def _with_first_guess(case: Case, fit: OrbitFit, candidate: Candidate) -> Case:
             f"the measurements of {case.name} do not see {candidate.name}",
             do="add another effect, or more data",
         )
-    score, member = pool.score((best,)), pool.members[best]
-    values = dict(member.values)
-    change = score.estimate * np.array(candidate.priors)
-    for name, size in zip(candidate.estimate, change, strict=True):
-        values[name] = candidate.values[name] + float(size)
-    steps = pool.state_steps(score)
-    arcs = tuple(
-        replace(arc, state=arc.state + step) for arc, step in zip(case.arcs, steps, strict=True)
-    )
-    free: dict[str, float | None] = dict.fromkeys(candidate.estimate)
-    # A searched place is kept near where it was found: it may leave no trace elsewhere.
-    free |= {name: _reach(candidate, name) for name in candidate.searched}
-    return replace(case, arcs=arcs).with_effect(candidate, values, free)
-
-
-def _reach(candidate: Candidate, name: str) -> float:
-    """Distance between neighbouring places of a search, as the prior of the fit."""
-    spread = float(np.ptp([place[name] for place in candidate.places]))
-    return max(spread / max(len(candidate.places) - 1, 1), 1e-9 * max(spread, 1.0))
-
-
-def _estimate(
-    candidate: Candidate, name: str, prior: float, fit: OrbitFit, noise: float
-) -> Estimate:
-    units = {p.name: p.unit for p in candidate.parameters}
-    value, sigma = float(fit.values[name]), float(fit.sigmas[name]) * noise
-    accepted = pull = None
-    if name in candidate.known:
-        accepted, own = candidate.known[name]
-        pull = (value - accepted) / float(np.hypot(sigma, own))
-    return Estimate(name, value, sigma, units[name], float(prior), accepted, pull)
-
-
-def _rms(fit: OrbitFit) -> float:
-    used = fit.residuals[fit.residuals["used"]]
-    return float(np.sqrt(np.mean((used["residual"] / used["sigma"]) ** 2)))
+    return with_set(case, pool, pool.score((best,)))

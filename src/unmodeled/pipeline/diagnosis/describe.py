@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 import pandas as pd
 import scipy.stats
@@ -15,6 +13,7 @@ from unmodeled.pipeline.cases.case import Case
 from unmodeled.pipeline.diagnosis.pool import Pool, SetScore
 from unmodeled.pipeline.diagnosis.result import Estimate, Finding, Rival
 from unmodeled.pipeline.diagnosis.search import drop_p
+from unmodeled.pipeline.diagnosis.start import estimates_of
 from unmodeled.pipeline.diagnosis.threshold import chi_square_threshold, needed_noncentrality
 from unmodeled.pipeline.orbit_fit import OrbitFit
 
@@ -43,15 +42,7 @@ def describe_finding(
     candidate = m.candidate
     drop, p = drop_p(pool, chosen.members, member)
     rest = [k for k in chosen.members if k != member]
-    estimates = tuple(
-        _estimate(name, prior, unit, m.values, fit, chosen.noise, candidate)
-        for name, prior, unit in zip(
-            candidate.estimate,
-            candidate.priors,
-            (x.unit for x in candidate.parameters),
-            strict=True,
-        )
-    )
+    estimates = estimates_of(candidate, fit, chosen.noise)
     rivals = _rivals(pool, chosen, member, drop)
     weights = np.exp(-np.log([r.odds for r in rivals]))
     confidence = float(1.0 / (1.0 + weights.sum()))
@@ -120,25 +111,6 @@ def describe_candidates(pool: Pool, limit: float) -> pd.DataFrame:
     return pd.DataFrame(rows).sort_values("log10_p", kind="stable").reset_index(drop=True)
 
 
-def _estimate(
-    name: str,
-    prior: float,
-    unit: str,
-    values: Mapping[str, float],
-    fit: OrbitFit,
-    noise: float,
-    candidate: object,
-) -> Estimate:
-    value = fit.values.get(name, values[name])
-    sigma = fit.sigmas.get(name, np.nan) * noise
-    known: Mapping[str, tuple[float, float]] = getattr(candidate, "known", {})
-    accepted = pull = None
-    if name in known:
-        accepted, own = known[name]
-        pull = (value - accepted) / float(np.hypot(sigma, own))
-    return Estimate(name, float(value), float(sigma), unit, prior, accepted, pull)
-
-
 def _rivals(pool: Pool, chosen: SetScore, member: int, drop: float) -> tuple[Rival, ...]:
     rest = [k for k in chosen.members if k != member]
     taken = {pool.members[k].candidate.name for k in chosen.members}
@@ -167,8 +139,7 @@ def _rivals(pool: Pool, chosen: SetScore, member: int, drop: float) -> tuple[Riv
 
 def _stability(pool: Pool, chosen: SetScore, member: int) -> tuple[float | None, float]:
     """Agreement of the arcs (Q test's p), and the largest change when a part is left out."""
-    index = np.concatenate([pool.members[k].columns for k in chosen.members])
-    residual = pool.residual - pool.columns[:, index] @ chosen.estimate
+    residual = pool.left(chosen)
     own = pool.members[member].columns
     B = pool.columns[:, own]
     F = B.T @ B
@@ -198,8 +169,7 @@ def _doubts(pool: Pool, chosen: SetScore, member: int) -> tuple[str, ...]:
     The scatter of the stretches' contributions takes the place of the noise (the sandwich of
     [LiangZeger1986] with stretches as clusters): coloured residuals are counted for what they are.
     """
-    index = np.concatenate([pool.members[k].columns for k in chosen.members])
-    residual = pool.residual - pool.columns[:, index] @ chosen.estimate
+    residual = pool.left(chosen)
     rest = [k for k in chosen.members if k != member]
     G, _ = pool.beside(rest)
     own = pool.members[member].columns

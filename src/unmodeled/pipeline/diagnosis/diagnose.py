@@ -10,7 +10,6 @@ import numpy as np
 
 from unmodeled.core.errors import DataError, NumericalError, OrbitError
 from unmodeled.core.seeds import Streams
-from unmodeled.pipeline.cases.candidate import Candidate
 from unmodeled.pipeline.cases.case import Case
 from unmodeled.pipeline.comparison.whiteness import is_coloured, whiteness
 from unmodeled.pipeline.diagnosis.describe import describe_candidates, describe_finding
@@ -18,8 +17,9 @@ from unmodeled.pipeline.diagnosis.further_data import further_data
 from unmodeled.pipeline.diagnosis.held_out import held_out_rms
 from unmodeled.pipeline.diagnosis.pool import Pool, SetScore
 from unmodeled.pipeline.diagnosis.remainder import remainder_log_p
-from unmodeled.pipeline.diagnosis.result import Diagnosis, Step, Verdict
+from unmodeled.pipeline.diagnosis.result import Diagnosis, Finding, Step, Verdict
 from unmodeled.pipeline.diagnosis.search import best_set, pruned
+from unmodeled.pipeline.diagnosis.start import Chosen, chosen_values, with_set
 from unmodeled.pipeline.diagnosis.threshold import smallest_p_threshold
 from unmodeled.pipeline.linearisation import Linearisation
 from unmodeled.pipeline.orbit_fit import OrbitFit
@@ -76,18 +76,16 @@ def diagnose(case: Case, *, most: int = 5, progress: Progress | None = None) -> 
     fit = case.fit(settled=_SETTLED)
     state = _State(case.at(fit), fit, {})
     first_fit = fit
-    steps = [Step("", _rms(fit), held_out_rms(state.case))]
+    steps = [Step("", fit.rms_in_sigmas, held_out_rms(state.case))]
     limit, first_pool, tried = 0.0, None, [frozenset[str]()]
     pool, chosen, lin, banned = None, None, None, frozenset[str]()
     for turn in range(2 * most + 2):
         say(f"scoring {len(case.candidates)} candidates", (turn + 0.3) / (2 * most + 2))
-        lin = Linearisation(replace(state.case, estimate=case.estimate), state.fit)
-        pool = Pool(lin, case.candidates, state.accepted)
+        lin, pool, start = _linearised(case, state)
         if first_pool is None:
             first_pool = pool
             generator = Streams(case.seed).generator("diagnosis threshold")
             limit = smallest_p_threshold(pool, (), case.false_alarm, generator)
-        start = [k for k, m in enumerate(pool.members) if m.candidate.name in state.accepted]
         room = most - len(start)
         growth = min(room, 1 if pool.score(()).noise > _ROUGH else 2)
         chosen = best_set(pool, start, limit, growth, banned)
@@ -112,20 +110,17 @@ def diagnose(case: Case, *, most: int = 5, progress: Progress | None = None) -> 
         gone = ", ".join(sorted(set(state.accepted) - set(fresh.accepted)))
         state = fresh
         label = added if not gone else f"{added or 'nothing'} for {gone}"
-        steps.append(Step(label, _rms(state.fit), held_out_rms(state.case)))
+        steps.append(Step(label, state.fit.rms_in_sigmas, held_out_rms(state.case)))
     if pool is None or chosen is None or first_pool is None or lin is None:
         raise NumericalError("no turn was made")  # most is 0 or more: there is at least one
     kept = pruned(pool, chosen, limit)
-    if len(kept.members) < len(chosen.members) and (last := _fitted(case, state, pool, kept)):
+    if len(kept.members) < len(chosen.members) and (last := _fitted(case, pool, kept)):
         # The exact fits moved on since a member was chosen: what no longer passes is taken out.
         gone = ", ".join(sorted(set(state.accepted) - set(last.accepted)))
         state = last
-        steps.append(Step(f"without {gone}", _rms(state.fit), held_out_rms(state.case)))
-        lin = Linearisation(replace(state.case, estimate=case.estimate), state.fit)
-        pool = Pool(lin, case.candidates, state.accepted)
-        chosen = pool.score(
-            [k for k, m in enumerate(pool.members) if m.candidate.name in state.accepted]
-        )
+        steps.append(Step(f"without {gone}", state.fit.rms_in_sigmas, held_out_rms(state.case)))
+        lin, pool, start = _linearised(case, state)
+        chosen = pool.score(start)
     remainder = remainder_log_p(pool, chosen.members)
     white = whiteness(lin)
     coloured = remainder < _REMAINDER or is_coloured(white)
@@ -160,6 +155,16 @@ class _State:
     accepted: Mapping[str, Mapping[str, float]]
 
 
+def _linearised(case: Case, state: _State) -> tuple[Linearisation, Pool, list[int]]:
+    """Return the linear picture about a state, all candidates in it, and which are in the model.
+
+    Only what the case itself leaves free is projected out: what was added can be taken back.
+    """
+    lin = Linearisation(replace(state.case, estimate=case.estimate), state.fit)
+    pool = Pool(lin, case.candidates, state.accepted)
+    return lin, pool, [k for k, m in enumerate(pool.members) if m.candidate.name in state.accepted]
+
+
 def _refit(case: Case, state: _State, pool: Pool, chosen: SetScore) -> _State | None:
     """Refit with the chosen set, or with a near rival of its newest member if that fits better."""
     options = [chosen]
@@ -175,34 +180,14 @@ def _refit(case: Case, state: _State, pool: Pool, chosen: SetScore) -> _State | 
                 continue
             seen.add(name)
             options.append(pool.score((*rest, int(k))))
-    results = [r for s in options if (r := _fitted(case, state, pool, s)) is not None]
+    results = [r for s in options if (r := _fitted(case, pool, s)) is not None]
     if not results:
         return None
     return min(results, key=lambda r: r.fit.cost)
 
 
-def _fitted(case: Case, state: _State, pool: Pool, chosen: SetScore) -> _State | None:
-    moved = pool.state_steps(chosen)
-    arcs = tuple(
-        replace(arc, state=arc.state + step)
-        for arc, step in zip(state.case.arcs, moved, strict=True)
-    )
-    model, first = replace(case, arcs=arcs), 0
-    members = []
-    for m in chosen.members:
-        member = pool.members[m]
-        candidate = member.candidate
-        part = chosen.estimate[first : first + member.size] * np.array(candidate.priors)
-        first += member.size
-        values = dict(member.values)
-        for parameter, change in zip(candidate.parameters, part, strict=True):
-            value = candidate.values[parameter.name] + float(change)
-            values[parameter.name] = float(np.clip(value, parameter.lower, parameter.upper))
-        members.append((candidate, values))
-        # A searched place is kept near where it was found: it may leave no trace elsewhere.
-        free: dict[str, float | None] = dict.fromkeys(candidate.estimate)
-        free |= {name: _reach(candidate, name) for name in candidate.searched}
-        model = model.with_effect(candidate, values, free)
+def _fitted(case: Case, pool: Pool, chosen: SetScore) -> _State | None:
+    model, members = with_set(case, pool, chosen), chosen_values(pool, chosen)
     fit = _fit_or_none(model) or _fit_or_none(_held(model, members))
     if fit is None:
         return None
@@ -219,7 +204,7 @@ def _fit_or_none(model: Case) -> OrbitFit | None:
         return None
 
 
-def _held(model: Case, members: list[tuple[Candidate, dict[str, float]]]) -> Case:
+def _held(model: Case, members: Chosen) -> Case:
     """Hold what was added by its expected size: a part of it may be absorbed by the states."""
     free = dict(model.estimate)
     for candidate, values in members:
@@ -228,26 +213,13 @@ def _held(model: Case, members: list[tuple[Candidate, dict[str, float]]]) -> Cas
     return replace(model, estimate=free)
 
 
-def _reach(candidate: Candidate, name: str) -> float:
-    """Distance between neighbouring places of a search, as the prior of a refit."""
-    values = np.unique([place[name] for place in candidate.places])
-    spread = float(np.ptp(values))
-    return max(spread / max(len(candidate.places) - 1, 1), 1e-9 * max(spread, 1.0))
-
-
 def _drop_without(pool: Pool, chosen: SetScore, member: int) -> float:
     return chosen.drop - pool.score([m for m in chosen.members if m != member]).drop
 
 
-def _rms(fit: OrbitFit) -> float:
-    """Root mean square of the used residuals, in sigmas."""
-    used = fit.residuals[fit.residuals["used"]]
-    return float(np.sqrt(np.mean((used["residual"] / used["sigma"]) ** 2)))
-
-
-def _verdict(findings: tuple[object, ...], remainder: float) -> Verdict:
+def _verdict(findings: tuple[Finding, ...], remainder: float) -> Verdict:
     if remainder < _REMAINDER:
         return "outside the catalogue"
     if not findings:
         return "nothing missing"
-    return "ambiguous" if any(getattr(f, "rivals", ()) for f in findings) else "found"
+    return "ambiguous" if any(f.rivals for f in findings) else "found"

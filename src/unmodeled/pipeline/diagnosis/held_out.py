@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from unmodeled.pipeline.cases.case import Case
 from unmodeled.pipeline.orbit_fit import fit_orbits
 
@@ -23,5 +21,4 @@ def held_out_rms(case: Case) -> float | None:
         instruments=case.instruments,
         instrument_values=case.instrument_values,
     )
-    used = fit.residuals[fit.residuals["used"]]
-    return float(np.sqrt(np.mean((used["residual"] / used["sigma"]) ** 2)))
+    return fit.rms_in_sigmas

@@ -169,6 +169,11 @@ class Pool:
         taken = len(self._index(chosen))
         return drops, log_p(drops, sizes, self.square - base, self.freedom - taken)
 
+    def left(self, s: SetScore) -> Array:
+        """Return what a set leaves of the projected residuals, (n,)."""
+        remaining: Array = self.residual - self.columns[:, self._index(s.members)] @ s.estimate
+        return remaining
+
     def state_steps(self, s: SetScore) -> Array:
         """Return how the initial states (a, 6) move when a set is put in."""
         left = self._raw_residual - self._raw[:, self._index(s.members)] @ s.estimate
