@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from heyoka import exp
+from heyoka import exp, expression
 
 from unmodeled.core.parameters import Parameter
 from unmodeled.models.physics.effect import Effect, Symbols, Vector
 from unmodeled.models.physics.vectors import combine, norm
 
-__all__ = ["ExponentialDrag"]
+__all__ = ["ExponentialDrag", "drag"]
 
 PARAMETERS = (
     Parameter("drag_B", unit="m2 kg-1", scale=1e-2, description="Cd A / m"),
@@ -59,7 +59,15 @@ class ExponentialDrag(Effect):
 
     def acceleration(self, s: Symbols) -> Vector:
         """Return the drag."""
-        (x, y, _), (vx, vy, vz) = s.position, s.velocity
         density = s["drag_rho0"] * exp((s["drag_r0"] - norm(s.position)) / s["drag_H"])
-        relative: Vector = (vx + s["drag_omega"] * y, vy - s["drag_omega"] * x, vz)
-        return combine([-0.5 * density * s["drag_B"] * norm(relative)], [relative])
+        return drag(s, density)
+
+
+def drag(s: Symbols, density: expression) -> Vector:
+    """Return the drag in air of this density that turns about z with ``drag_omega``.
+
+    [MontenbruckGill2000] Eq. 3.97 and 3.98, with ``drag_B`` = Cd A/m.
+    """
+    (x, y, _), (vx, vy, vz) = s.position, s.velocity
+    relative: Vector = (vx + s["drag_omega"] * y, vy - s["drag_omega"] * x, vz)
+    return combine([-0.5 * density * s["drag_B"] * norm(relative)], [relative])

@@ -10,8 +10,9 @@ from heyoka import atan2, cos, expression, model, sin, sqrt, subs
 from unmodeled.core.constants import DAY
 from unmodeled.core.parameters import Parameter
 from unmodeled.models.physics.drag import PARAMETERS as EXPONENTIAL
+from unmodeled.models.physics.drag import drag
 from unmodeled.models.physics.effect import Effect, Symbols, Vector
-from unmodeled.models.physics.vectors import combine, dot, norm
+from unmodeled.models.physics.vectors import dot, norm
 
 __all__ = ["ThermosphereDrag"]
 
@@ -86,10 +87,7 @@ class ThermosphereDrag(Effect):
 
     def acceleration(self, s: Symbols) -> Vector:
         """Return the drag."""
-        (x, y, _), (vx, vy, vz) = s.position, s.velocity
-        relative: Vector = (vx + s["drag_omega"] * y, vy - s["drag_omega"] * x, vz)
-        density = s["thermosphere_scale"] * self._density(s)
-        return combine([-0.5 * density * s["drag_B"] * norm(relative)], [relative])
+        return drag(s, s["thermosphere_scale"] * self._density(s))
 
     def _density(self, s: Symbols) -> expression:
         """Density, kg/m3."""
