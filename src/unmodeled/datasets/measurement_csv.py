@@ -34,6 +34,7 @@ from unmodeled.core.errors import DataError, nearest
 from unmodeled.core.time import TIME_SCALES, elapsed_from_dates, parse_epoch
 from unmodeled.datasets.measurement_rows import Rows, frame_name
 from unmodeled.datasets.measurements import Measurements
+from unmodeled.datasets.table_files import check_complete, csv_rows, parquet_table
 
 __all__ = ["read_measurement_table", "write_measurements"]
 
@@ -164,43 +165,14 @@ _Table = tuple[list[str], list[list[object]], list[str], dict[str, str]]
 
 
 def _csv(path: Path) -> _Table:
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError as exc:
-        raise DataError(f"there is no file {path}", do="check the path") from exc
-    except (OSError, UnicodeDecodeError) as exc:
-        raise DataError(f"{path.name} cannot be read as text ({exc})") from exc
-    facts: dict[str, str] = {}
-    rows: list[tuple[int, list[str]]] = []
-    for number, line in enumerate(text.splitlines(), start=1):
-        if line.startswith("#"):
-            key, colon, value = line[1:].partition(":")
-            if colon and key.strip() in _FACTS:
-                facts[key.strip()] = value.strip()
-        elif line.strip():
-            rows.append((number, next(csv.reader([line], skipinitialspace=True))))
-    if not rows:
-        raise DataError(f"{path.name} is empty", allowed="a header line and measurements")
-    header = [name.strip() for name in rows[0][1]]
-    for number, cells in rows[1:]:
-        if len(cells) != len(header):
-            raise DataError(
-                f"{path.name}, line {number} has {len(cells)} of {len(header)} values",
-                do="the file may be cut short: write it again",
-            )
-    body: list[list[object]] = [[c.strip() for c in cells] for _, cells in rows[1:]]
-    return header, body, [f"line {n}" for n, _ in rows[1:]], facts
+    header, rows, facts = csv_rows(path, _FACTS, "measurements")
+    check_complete(rows, header, path.name)
+    body: list[list[object]] = [[c.strip() for c in cells] for _, cells in rows]
+    return header, body, [f"line {n}" for n, _ in rows], facts
 
 
 def _parquet(path: Path) -> _Table:
-    try:
-        table = pq.read_table(path)
-    except FileNotFoundError as exc:
-        raise DataError(f"there is no file {path}", do="check the path") from exc
-    except (OSError, pa.ArrowException) as exc:
-        raise DataError(f"{path.name} is not a Parquet file ({str(exc).splitlines()[0]})") from exc
-    metadata = table.schema.metadata or {}
-    facts = {k: metadata[k.encode()].decode() for k in _FACTS if k.encode() in metadata}
+    table, facts = parquet_table(path, _FACTS)
     columns = [table.column(name).to_pylist() for name in table.column_names]
     body: list[list[object]] = [
         ["" if c is None else c for c in row] for row in zip(*columns, strict=True)

@@ -30,6 +30,7 @@ import pyarrow.parquet as pq
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import DataError
 from unmodeled.datasets.columns import Columns, assemble, unit_columns
+from unmodeled.datasets.table_files import check_complete, csv_rows, parquet_table
 from unmodeled.datasets.trajectory import Trajectory
 
 __all__ = ["read_csv", "read_parquet", "write_csv", "write_parquet", "write_trajectory"]
@@ -60,37 +61,15 @@ def read_csv(path: str | Path, *, accelerations: bool = True) -> Trajectory:
         increase, or fewer than 4 samples are left.
     """
     path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError as exc:
-        raise DataError(f"there is no file {path}", do="check the path") from exc
-    except (OSError, UnicodeDecodeError) as exc:
-        raise DataError(f"{path.name} cannot be read as text ({exc})") from exc
-    facts: dict[str, str] = {}
-    rows: list[tuple[int, list[str]]] = []
-    for number, line in enumerate(text.splitlines(), start=1):
-        if line.startswith("#"):
-            key, colon, value = line[1:].partition(":")
-            if colon and key.strip() in _FACTS:
-                facts[key.strip()] = value.strip()
-        elif line.strip():
-            rows.append((number, next(csv.reader([line], skipinitialspace=True))))
-    if not rows:
-        raise DataError(f"{path.name} is empty", allowed="a header line and samples")
-    header = [name.strip() for name in rows[0][1]]
+    header, rows, facts = csv_rows(path, _FACTS, "samples")
     chosen = unit_columns(header, path.name)
-    for number, cells in rows[1:]:
-        if len(cells) != len(header):
-            raise DataError(
-                f"{path.name}, line {number} has {len(cells)} of {len(header)} values",
-                do="the file may be cut short: write it again",
-            )
-    lines = [number for number, _ in rows[1:]]
+    check_complete(rows, header, path.name)
+    lines = [number for number, _ in rows]
     columns: Columns = {
         name: (
-            [cells[k].strip() for _, cells in rows[1:]]
+            [cells[k].strip() for _, cells in rows]
             if name.startswith("time_")
-            else _numbers([c[k] for _, c in rows[1:]], name, lines, path.name)
+            else _numbers([c[k] for _, c in rows], name, lines, path.name)
         )
         for k, name in enumerate(header)
     }
@@ -100,14 +79,7 @@ def read_csv(path: str | Path, *, accelerations: bool = True) -> Trajectory:
 def read_parquet(path: str | Path, *, accelerations: bool = True) -> Trajectory:
     """Read a trajectory from Parquet; parameters and errors as in :func:`read_csv`."""
     path = Path(path)
-    try:
-        table = pq.read_table(path)
-    except FileNotFoundError as exc:
-        raise DataError(f"there is no file {path}", do="check the path") from exc
-    except (OSError, pa.ArrowException) as exc:
-        raise DataError(f"{path.name} is not a Parquet file ({str(exc).splitlines()[0]})") from exc
-    metadata = table.schema.metadata or {}
-    facts = {k: metadata[k.encode()].decode() for k in _FACTS if k.encode() in metadata}
+    table, facts = parquet_table(path, _FACTS)
     chosen = unit_columns(table.column_names, path.name)
     lines = list(range(1, table.num_rows + 1))
     columns: Columns = {}
