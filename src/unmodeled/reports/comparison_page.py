@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 
 from matplotlib.figure import Figure
-from ruamel.yaml import YAML
 
 from unmodeled.core.provenance import Provenance
 from unmodeled.pipeline.comparison.result import Comparison
-from unmodeled.pipeline.diagnosis.save import case_provenance
 from unmodeled.reports import comparison_tables as tables
+from unmodeled.reports.case_page import write_case_page
 from unmodeled.reports.comparison_words import comparison_overview, comparison_words
-from unmodeled.reports.embedding import embed_sections, provenance_rows, render_page
 from unmodeled.reports.figures.comparison_correlation import comparison_correlation
 from unmodeled.reports.figures.comparison_force import comparison_force
 from unmodeled.reports.figures.comparison_in_time import comparison_in_time
@@ -43,11 +40,12 @@ def write_comparison_report(
     Path
         The page, which asks for nothing over the network and runs no script.
     """
-    case, folder = comparison.case, Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    page = render_page(
-        "diagnosis.html.j2",
-        name=case.name,
+    case = comparison.case
+    return write_case_page(
+        folder,
+        case,
+        comparison_sections(comparison),
+        provenance,
         title="where does the model fail?",
         kicker=f"Comparison, {case.body.title}",
         question="Where, how and by how much does the force model fail?",
@@ -55,13 +53,7 @@ def write_comparison_report(
         answer=comparison_overview(comparison),
         findings=[],
         basis=comparison_words(comparison)[1:],
-        sections=embed_sections(comparison_sections(comparison), folder),
-        source=_yaml(comparison) or "made in memory",
-        provenance=provenance_rows(provenance or case_provenance(case), "case file"),
     )
-    target = folder / "report.html"
-    target.write_text(page, encoding="utf-8")
-    return target
 
 
 def comparison_sections(comparison: Comparison) -> list[Section]:
@@ -132,14 +124,3 @@ def comparison_sections(comparison: Comparison) -> list[Section]:
 
 def _one(name: str, figure: Figure | None, alt: str, caption: str) -> tuple[Drawn, ...]:
     return () if figure is None else (Drawn(name, figure, alt, caption),)
-
-
-def _yaml(comparison: Comparison) -> str:
-    if not comparison.case.source:
-        return ""
-    text = io.StringIO()
-    yaml = YAML()
-    yaml.default_flow_style = False
-    yaml.width = 100
-    yaml.dump(dict(comparison.case.source), text)
-    return text.getvalue()

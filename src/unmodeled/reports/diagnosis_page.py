@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
-
-from ruamel.yaml import YAML
 
 from unmodeled.core.provenance import Provenance
 from unmodeled.pipeline.cases.case import Case
 from unmodeled.pipeline.diagnosis.add_effect import Addition
 from unmodeled.pipeline.diagnosis.result import Diagnosis
-from unmodeled.pipeline.diagnosis.save import case_provenance
 from unmodeled.reports import diagnosis_tables as tables
 from unmodeled.reports import diagnosis_words as words
-from unmodeled.reports.embedding import embed_sections, provenance_rows, render_page
+from unmodeled.reports.case_page import write_case_page
 from unmodeled.reports.families import family_colour
 from unmodeled.reports.figures.candidate_scores import candidate_scores
 from unmodeled.reports.figures.residuals_in_time import residuals_in_time
@@ -49,7 +45,7 @@ def write_diagnosis_report(
     """
     d = diagnosis
     sections = [s for s in diagnosis_sections(d) if s.figures or any(t.rows for t in s.tables)]
-    return _write(
+    return write_case_page(
         folder,
         d.case,
         sections,
@@ -108,7 +104,7 @@ def write_addition_report(
         ),
         Section("residuals", "Residuals", figures=(_residuals(a.case, a.fit, a.final_fit),)),
     ]
-    return _write(
+    return write_case_page(
         folder,
         a.case,
         sections,
@@ -217,36 +213,3 @@ def _residuals(case: Case, before: Any, after: Any) -> Drawn:
         f"Measured minus predicted over the stated standard deviation, since {case.epoch}; bands "
         "at one and three sigmas. Crosses were edited out.",
     )
-
-
-def _write(
-    folder: Path,
-    case: Case,
-    sections: Sequence[Section],
-    provenance: Provenance | None,
-    **content: Any,
-) -> Path:
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    page = render_page(
-        "diagnosis.html.j2",
-        name=case.name,
-        sections=embed_sections(sections, folder),
-        source=_yaml(case.source) or "made in memory",
-        provenance=provenance_rows(provenance or case_provenance(case), "case file"),
-        **content,
-    )
-    target = folder / "report.html"
-    target.write_text(page, encoding="utf-8")
-    return target
-
-
-def _yaml(content: Mapping[str, Any]) -> str:
-    if not content:
-        return ""
-    text = io.StringIO()
-    yaml = YAML()
-    yaml.default_flow_style = False
-    yaml.width = 100
-    yaml.dump(dict(content), text)
-    return text.getvalue()

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Sequence
+import io
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
@@ -12,12 +13,13 @@ from typing import Any
 import jinja2
 from markupsafe import Markup
 from matplotlib.figure import Figure
+from ruamel.yaml import YAML
 
 from unmodeled.core.provenance import Provenance
 from unmodeled.reports.sections import Drawn, Section
 from unmodeled.reports.style import render
 
-__all__ = ["Embedded", "embed", "embed_sections", "provenance_rows", "render_page"]
+__all__ = ["Embedded", "embed", "embed_sections", "provenance_rows", "render_page", "yaml_text"]
 
 # Above this size a figure goes into the page as PNG: 200 dpi is sharp enough, and 4 MB are kept.
 _LARGEST_SVG = 600_000
@@ -111,6 +113,18 @@ def provenance_rows(provenance: Provenance, hashed: str) -> list[tuple[str, str]
         ("host", p.host),
         ("finished (UTC)", p.finished),
     ]
+
+
+def yaml_text(content: Mapping[str, Any]) -> str:
+    """Return a table as YAML for a page, one key a line; empty for an empty table."""
+    if not content:
+        return ""
+    text = io.StringIO()
+    yaml = YAML()
+    yaml.default_flow_style = False
+    yaml.width = 100
+    yaml.dump(dict(content), text)
+    return text.getvalue()
 
 
 def _resource(name: str) -> str:

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
-from typing import Any
-
-from ruamel.yaml import YAML
 
 from unmodeled.core.errors import InputError
 from unmodeled.datasets.bodies import load_body
 from unmodeled.pipeline.results import CharacterizationResult
 from unmodeled.reports.baseline import point_mass_summaries
 from unmodeled.reports.data_words import data_sentences, elsewhere
-from unmodeled.reports.embedding import embed_sections, provenance_rows, render_page
+from unmodeled.reports.embedding import embed_sections, provenance_rows, render_page, yaml_text
 from unmodeled.reports.sections import sections
 from unmodeled.reports.style import learner_styles
 from unmodeled.reports.words import learner_sentence, overview, ranked, verdict
@@ -61,7 +57,7 @@ def write_report(result: CharacterizationResult, folder: Path) -> Path:
         ],
         basis=data_sentences(result),
         sections=embed_sections(sections(result), folder),
-        config=_yaml(result.config.as_dict()),
+        config=yaml_text(result.config.as_dict()),
         provenance=provenance_rows(result.provenance, "configuration"),
     )
     target = folder / "report.html"
@@ -74,12 +70,3 @@ def _body_title(result: CharacterizationResult) -> str:
         return load_body(result.config.body).title
     except InputError:  # a card of the user's own that is not here any more
         return result.config.body
-
-
-def _yaml(content: dict[str, Any]) -> str:
-    text = io.StringIO()
-    yaml = YAML()
-    yaml.default_flow_style = False
-    yaml.width = 100
-    yaml.dump(content, text)
-    return text.getvalue()
