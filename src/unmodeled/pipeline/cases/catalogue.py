@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -20,101 +20,25 @@ from unmodeled.models.physics import (
     ExponentialDrag,
     ImpulsiveManoeuvre,
     LenseThirring,
-    LinearRadial,
-    Mascon,
     NonGravitationalA123,
-    PowerLawGravity,
-    ScaledField,
     Schwarzschild,
     SolarRadiationPressure,
     SolidTide,
-    Tesseral,
     ThirdBody,
-    Zonal,
 )
 from unmodeled.pipeline.cases.candidate import Candidate
+from unmodeled.pipeline.cases.gravity_catalogue import gravity_candidates
 from unmodeled.pipeline.cases.instrument_catalogue import instrument_candidates
+from unmodeled.pipeline.cases.setting import Setting
+from unmodeled.pipeline.cases.setting import force_candidate as _force
 from unmodeled.pipeline.cases.spacecraft import Spacecraft
 from unmodeled.pipeline.fit_problem import Arc
 
-__all__ = ["Setting", "candidate_by_name", "default_candidates"]
+__all__ = ["candidate_by_name", "default_candidates"]
 
-#: Pressure of sunlight at one astronomical unit, for expected sizes only, N/m2.
-_SUNLIGHT = 4.56e-6
-#: Area over mass that is expected of a spacecraft that is not described, m2/kg.
-_AREA_TO_MASS = 0.02
 _MANOEUVRE_EPOCHS = 48
 #: Parameters of the body's orientation, which every effect in body axes shares.
 _TURNING = frozenset({"spin_rate", "prime_meridian", "pole_x", "pole_y"})
-
-
-@dataclass(frozen=True)
-class Setting:
-    """What decides which candidates make sense, and how large they can be.
-
-    Parameters
-    ----------
-    body : Body
-        Central body.
-    dynamics : Dynamics
-        The known model.
-    arcs : tuple of Arc
-        What was measured.
-    spacecraft : Spacecraft, optional
-        Its area and mass.
-    """
-
-    body: Body
-    dynamics: Dynamics
-    arcs: tuple[Arc, ...]
-    spacecraft: Spacecraft | None = None
-
-    @property
-    def gm(self) -> float:
-        """GM of the model, m3/s2."""
-        return self.dynamics.values.get("GM", self.body.gm)
-
-    @property
-    def radius(self) -> float:
-        """Median distance of the arcs' first states, m."""
-        return float(np.median([np.linalg.norm(arc.state[:3]) for arc in self.arcs]))
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """First and last measurement, s."""
-        times = [m.times for arc in self.arcs for m in arc.measurements]
-        return float(min(t[0] for t in times)), float(max(t[-1] for t in times))
-
-    @property
-    def reflectivity(self) -> float:
-        """Expected Cr A / m, m2/kg."""
-        if self.spacecraft is None:
-            return 1.3 * _AREA_TO_MASS
-        return self.spacecraft.reflectivity * self.spacecraft.area / self.spacecraft.mass
-
-    @property
-    def ballistic(self) -> float:
-        """Expected Cd A / m, m2/kg."""
-        if self.spacecraft is None:
-            return 2.2 * _AREA_TO_MASS
-        return self.spacecraft.drag_coefficient * self.spacecraft.area / self.spacecraft.mass
-
-    @property
-    def push(self) -> float:
-        """Expected size of a small push: three times that of sunlight here, m/s2."""
-        distance = ASTRONOMICAL_UNIT.value
-        if self.body.name == "sun":
-            distance = self.radius
-        elif self.dynamics.tracks and "sun" in self.dynamics.tracks.coefficients:
-            sun = self.dynamics.tracks.position("sun", np.array([self.interval[0]]))
-            distance = float(np.linalg.norm(sun))
-        return 3.0 * _SUNLIGHT * self.reflectivity * (ASTRONOMICAL_UNIT.value / distance) ** 2
-
-    @property
-    def bodies(self) -> tuple[str, ...]:
-        """Other bodies whose place is known."""
-        tracks = self.dynamics.tracks
-        return tuple(tracks.coefficients) if tracks else ()
 
 
 def default_candidates(
@@ -134,7 +58,7 @@ def default_candidates(
         Known effects of the measurements.
     """
     s = Setting(body, dynamics, tuple(arcs), spacecraft)
-    forces = [*_gravity(s), *_bodies(s), *_radiation(s), *_relativity(s), *_pushes(s)]
+    forces = [*gravity_candidates(s), *_bodies(s), *_radiation(s), *_relativity(s), *_pushes(s)]
     present = {term for effect in dynamics.effects for term in effect.terms}
     fresh = [_of_the_model(c, dynamics) for c in forces if _is_new(c, present, dynamics)]
     names = {p.name for effect in instruments for p in effect.parameters}
@@ -188,157 +112,6 @@ def _of_the_model(candidate: Candidate, dynamics: Dynamics) -> Candidate:
         effect=own,
         title=title if title.startswith("error") else f"error of the {title}",
         values={n: values[n] for n in candidate.estimate},
-    )
-
-
-def _force(
-    name: str,
-    title: str,
-    effect: Effect,
-    estimate: Mapping[str, float],
-    family: str,
-    values: Mapping[str, float] | None = None,
-    **more: object,
-) -> Candidate:
-    """Return a force with its estimated parameters, zero if absent, and their expected sizes."""
-    filled = dict.fromkeys(estimate, 0.0) | dict(values or {})
-    return Candidate(
-        name,
-        title,
-        effect,
-        tuple(estimate),
-        filled,
-        tuple(estimate.values()),
-        family,
-        **more,  # type: ignore[arg-type]
-    )
-
-
-def _gravity(s: Setting) -> list[Candidate]:
-    values = s.dynamics.values
-    point = next((e for e in s.dynamics.effects if "GM" in {p.name for p in e.parameters}), None)
-    found: list[Candidate] = []
-    if point is not None:
-        share = 1e-7 if s.body.name in ("earth", "moon", "mars", "sun") else 1e-2
-        found.append(
-            _force("gm_error", "error of GM", point, {"GM": share * s.gm}, "gravity", {"GM": s.gm})
-        )
-    if s.body.name == "sun":
-        size = {"R_ref": s.body.reference_radius}
-        return [
-            *found,
-            _force("zonal_2", "zonal harmonic J2", Zonal((2,)), {"J2": 1e-6}, "gravity", size),
-            _force(
-                "power_law",
-                "gravity that falls as r^-(2+d)",
-                PowerLawGravity(),
-                {"power_law_delta": 1e-7},
-                "gravity",
-                {"power_law_r0": s.radius},
-            ),
-            _force(
-                "ring",
-                "outer ring or shell, force growing with distance",
-                LinearRadial(),
-                {"linear_radial_k": 1e-19},
-                "gravity",
-            ),
-        ]
-    field = {"R_ref": values.get("R_ref", s.body.reference_radius)}
-    # Kaula's rule, [Kaula1966]: 1e-5 / n^2 on the Earth; small bodies are a thousand times rougher.
-    rough = {"earth": 1e-5, "moon": 1.5e-4, "mars": 1.3e-4}.get(s.body.name, 3e-2)
-    shape = s.body.zonal_unnormalised()
-    for n in range(2, 7):
-        size = max(np.sqrt(2 * n + 1) * rough / n**2, 3.0 * abs(shape.get(n, 0.0)))
-        title = f"zonal harmonic J{n}"
-        found.append(_force(f"zonal_{n}", title, Zonal((n,)), {f"J{n}": size}, "gravity", field))
-    if "spin_rate" in values:
-        for n in range(2, 5):
-            for m in range(1, n + 1):
-                found.append(
-                    _force(
-                        f"tesseral_{n}_{m}",
-                        f"tesseral harmonic C{n}{m}, S{n}{m}",
-                        Tesseral(n, m),
-                        {f"C_{n}_{m}": rough / n**2, f"S_{n}_{m}": rough / n**2},
-                        "gravity",
-                        field,
-                    )
-                )
-        found += _orientation(s, point)
-        if s.body.name != "earth":
-            found.append(_mascon(s))
-    if s.body.gravity_field == "egm2008":
-        found += _fields(s)
-    return found
-
-
-def _fields(s: Setting) -> list[Candidate]:
-    """Return the parts of the published field that a model may lack as a whole."""
-    found = []
-    for part, low, high in (("tesserals", 2, 16), ("all", 17, 24)):
-        effect = ScaledField(degree=high, order=high, part=part, min_degree=low)
-        scale = next(p.name for p in effect.parameters if p.name.endswith("_scale"))
-        title = f"tesserals of EGM2008 to degree {high}" if low == 2 else "EGM2008, degrees 17-24"
-        found.append(
-            _force(
-                f"egm2008_{part}_{low}_{high}",
-                title,
-                effect,
-                {scale: 1.0},
-                "gravity",
-                known={scale: (1.0, 0.01)},
-            )
-        )
-    return found
-
-
-def _orientation(s: Setting, effect: Effect | None) -> list[Candidate]:
-    """Errors of spin rate and pole, of all forces in body axes together."""
-    in_body = next((e for e in s.dynamics.effects if e.axes == "body"), None)
-    if in_body is None or effect is None:
-        return []
-    values = s.dynamics.values
-    span = max(s.interval[1] - s.interval[0], 1.0)
-    found = []
-    spins = any(not e.terms <= _ZONAL_TERMS for e in s.dynamics.effects if e.axes == "body")
-    if spins:
-        found.append(
-            _force(
-                "spin_rate_error",
-                "error of the rotation rate",
-                in_body,
-                {"spin_rate": 1e-2 / span},
-                "gravity",
-                {"spin_rate": values["spin_rate"]},
-            )
-        )
-    if "pole_x" in values:
-        size = {"pole_x": 1e-2, "pole_y": 1e-2}
-        now = {k: values[k] for k in size}
-        found.append(_force("pole_error", "error of the pole", in_body, size, "gravity", now))
-    return found
-
-
-_ZONAL_TERMS = frozenset({"point_mass", *(f"gravity C({n},0)" for n in range(40))})
-
-
-def _mascon(s: Setting) -> Candidate:
-    """Return a mass concentration, searched over a grid of places below the surface."""
-    depth = 0.75 * s.body.reference_radius
-    points = _fibonacci(72) * depth
-    places = tuple(
-        {f"mascon1_{k}": float(v) for k, v in zip("xyz", point, strict=True)} for point in points
-    )
-    return _force(
-        "mascon",
-        "mass concentration",
-        Mascon(),
-        {"mascon1_GM": 1e-2 * s.gm},
-        "gravity",
-        dict(places[0]),
-        places=places,
-        searched=("mascon1_x", "mascon1_y", "mascon1_z"),
     )
 
 
@@ -514,12 +287,3 @@ def _manoeuvre(s: Setting) -> Candidate:
         places=places,
         searched=("manoeuvre1_t0",),
     )
-
-
-def _fibonacci(count: int) -> np.ndarray:
-    """Points spread evenly on the unit sphere, (n, 3)."""
-    k = np.arange(count) + 0.5
-    z = 1.0 - 2.0 * k / count
-    angle = np.pi * (1.0 + np.sqrt(5.0)) * k
-    r = np.sqrt(1.0 - z * z)
-    return np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=1)
