@@ -68,6 +68,23 @@ def test_the_right_model_fits_its_own_truth():
     assert sim.case.fit().cost > fit.cost + 500
 
 
+def test_two_hidden_effects_of_one_kind_act_both():
+    """Both are parameters of one push along radial, transverse and normal: neither replaces one."""
+    pushes = {"constant_radial": {"rtn_a_R": 2e-10}, "constant_normal": {"rtn_a_N": 3e-10}}
+
+    def data(*names):
+        hidden = [HiddenEffect(n, pushes[n]) for n in names]
+        return simulate("bennu", 5, hidden).data[0].values
+
+    quiet = data()
+    radial, normal = data("constant_radial") - quiet, data("constant_normal") - quiet
+    both = data("constant_radial", "constant_normal") - quiet
+    # Linear up to the square of a push that is 1e-5 of gravity.
+    size = np.abs(radial).max() + np.abs(normal).max()
+    np.testing.assert_allclose(both, radial + normal, atol=1e-3 * size)
+    assert min(np.abs(radial).max(), np.abs(normal).max()) > 0.1 * size
+
+
 def test_noise_can_be_other_than_stated():
     fit = simulate("bennu", 5, noise_factor=2.0).case.fit()
     assert fit.cost / fit.freedom == pytest.approx(4.0, rel=0.2)

@@ -140,7 +140,7 @@ def simulate(
         if effect.noncentrality is not None:
             fitted = fitted or _linear(case, plan)
             values |= _scaled(candidate, values, effect.noncentrality, fitted, rng)
-        truth_case = _acting(truth_case, candidate, values)
+        truth_case = _acting(truth_case, candidate, values, effect.values)
         truth[effect.name] = values
         units |= {p.name: p.unit for p in (*case.dynamics.parameters, *candidate.effect.parameters)}
     exact = _measured(plan, clean, truth_case.dynamics, truth_case)
@@ -289,10 +289,14 @@ def _values(
     return values | {k: float(v) for k, v in effect.values.items()}
 
 
-def _acting(case: Case, candidate: Candidate, values: Mapping[str, float]) -> Case:
+def _acting(
+    case: Case, candidate: Candidate, values: Mapping[str, float], given: Mapping[str, float]
+) -> Case:
     """Return the case in whose model the effect acts."""
     if candidate.is_force and set(candidate.estimate) <= set(case.dynamics.values):
-        known = {k: v for k, v in values.items() if k in case.dynamics.values}
+        # Its own parameters only: others of the same effect may belong to what was hidden before.
+        own = {*candidate.estimate, *candidate.searched, *given}
+        known = {k: values[k] for k in own & set(case.dynamics.values)}
         return replace(case, dynamics=case.dynamics.with_values(known))
     return case.with_effect(candidate, values, {})
 
