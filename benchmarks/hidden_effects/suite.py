@@ -209,7 +209,7 @@ def unexplained(pool, signal: np.ndarray, most: int = 3) -> float:
     G, c = pool.gram, pool.columns.T @ signal
     left, chosen = float(signal @ signal), []
     for _ in range(most):
-        drops = [pool._drop(G, c, m.columns) for m in pool.members]
+        drops = pool.drops(G, c)
         best = int(np.argmax(drops))
         left -= drops[best]
         chosen.append(best)

@@ -14,7 +14,7 @@ import pytest
 from unmodeled.pipeline.cases.simulate_case import HiddenEffect, scenario_case
 from unmodeled.pipeline.diagnosis.add_effect import add
 from unmodeled.pipeline.diagnosis.diagnose import diagnose
-from unmodeled.pipeline.diagnosis.result import Rival, Step
+from unmodeled.pipeline.diagnosis.result import Alternative, Dismissed, Forecast, Rival, Step
 from unmodeled.pipeline.diagnosis.schema import DiagnosisJson, as_text
 from unmodeled.reports.diagnosis_page import write_addition_report, write_diagnosis_report
 from unmodeled.reports.diagnosis_text import addition_lines, diagnosis_lines
@@ -58,7 +58,16 @@ def ambiguous(found):
             }
         ]
     )
-    return replace(found, verdict="ambiguous", findings=(finding,), steps=steps, further=further)
+    return replace(
+        found,
+        verdict="ambiguous",
+        findings=(finding,),
+        alternatives=(Alternative(("drag", "push"), ("drag", NASTY), 2.5, 17000.0),),
+        dismissed=(Dismissed("manoeuvre", "impulsive manoeuvre", 230.0, 2.1),),
+        forecast=Forecast(39.0, 1.05, -4.0),
+        steps=steps,
+        further=further,
+    )
 
 
 @pytest.fixture(scope="module")
@@ -94,6 +103,8 @@ def test_the_page_has_its_parts_and_asks_for_nothing(diagnosis, tmp_path):
     assert ("further" in heads) == bool(len(diagnosis.further))
     assert ("findings" in heads) == bool(diagnosis.findings)
     assert "detectable" in heads
+    assert ("Other sets that explain as much" in text) == bool(diagnosis.alternatives)
+    assert ("Not believed" in text) == bool(diagnosis.dismissed)
 
 
 def test_same_result_same_page(found, tmp_path):
@@ -122,6 +133,10 @@ def test_lines_of_what_was_found(found):
 def test_lines_of_an_ambiguous_answer(ambiguous):
     lines = diagnosis_lines(ambiguous)
     assert "these data cannot tell it from" in lines[0]
+    assert "As good, in place of all of this: drag with push" in lines[0]
+    text = "\n".join(lines)
+    assert re.search(r"drag \+ push +2\.5", text)
+    assert re.search(r"manoeuvre +230 +2\.1 sigma", text)
     bars = [line.count("█") for line in lines if "█" in line]
     assert len(bars) == 3
     assert bars[0] > bars[1] > bars[2] > 0  # logarithmic: the last is still seen

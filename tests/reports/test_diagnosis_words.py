@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
 
-from unmodeled.pipeline.diagnosis.result import Estimate, Finding, Rival, Step
+from unmodeled.pipeline.diagnosis.result import Estimate, Finding, Forecast, Rival, Step
 from unmodeled.reports.diagnosis_words import (
     estimate_text,
     finding_sentence,
@@ -76,15 +77,26 @@ def test_the_noise_in_words(noise, words):
 
 def test_what_remains_in_words():
     assert "No force is left" in remainder_sentence(SimpleNamespace(remainder_log10_p=-0.2))
-    assert "p 1e-12" in remainder_sentence(SimpleNamespace(remainder_log10_p=-12.3))
+    assert "p 1e-12" in remainder_sentence(
+        SimpleNamespace(remainder_log10_p=-12.3, within_stated_noise=False)
+    )
+    assert "the stated noise, which covers it" in remainder_sentence(
+        SimpleNamespace(remainder_log10_p=-12.3, within_stated_noise=True)
+    )
 
 
 def test_the_fall_in_words():
     steps = (Step("", 3.1, 2.0), Step("srp", 1.01, 1.02))
-    assert residual_sentence(SimpleNamespace(steps=steps)) == (
+    assert residual_sentence(SimpleNamespace(steps=steps, forecast=None)) == (
         "The residual RMS falls from 3.10 to 1.01 σ, on the held-out arcs, which are not fitted, "
         "from 2.00 to 1.02 σ."
     )
+    forecast = Forecast(before=2.1, after=1.01, log10_p=-0.3)
+    text = residual_sentence(SimpleNamespace(steps=steps, forecast=forecast))
+    assert text.endswith("foretells 2.10 and 1.01 σ there: as they are.")
+    surprised = replace(forecast, log10_p=-9.0)
+    text = residual_sentence(SimpleNamespace(steps=steps, forecast=surprised))
+    assert text.endswith("less than they are.")
     assert "nothing was added" in residual_sentence(SimpleNamespace(steps=(Step("", 1.0, None),)))
 
 

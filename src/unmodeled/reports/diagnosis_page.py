@@ -146,6 +146,8 @@ def diagnosis_sections(d: Diagnosis) -> list[Section]:
                 tables.estimate_table([(f.title, e) for f in d.findings for e in f.estimates]),
                 tables.finding_table(d),
                 tables.class_table(d),
+                tables.alternative_table(d),
+                tables.dismissed_table(d),
             ),
         ),
         Section(

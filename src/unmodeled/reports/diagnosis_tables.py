@@ -14,14 +14,20 @@ from unmodeled.reports.tables import Table
 
 __all__ = [
     "addition_table",
+    "alternative_table",
     "class_table",
     "detectable_table",
+    "dismissed_table",
     "estimate_table",
     "finding_table",
     "further_table",
     "step_table",
     "whiteness_table",
 ]
+
+
+#: Alternatives that are listed.
+_MOST_SETS = 12
 
 
 def finding_table(d: Diagnosis) -> Table:
@@ -109,6 +115,35 @@ def class_table(d: Diagnosis) -> Table:
         note="Correlation: cosine between both signals after orbit and free parameters are fitted. "
         "Chance: Φ(√(λ(1 − ρ)/2)); no method does better with these data.",
         text_columns=(1,),
+        learners=False,
+    )
+
+
+def alternative_table(d: Diagnosis) -> Table:
+    """Return the other sets of effects that explain as much, at most the first twelve."""
+    left = len(d.alternatives) - _MOST_SETS
+    return Table(
+        "Other sets that explain as much",
+        ("in place of all findings", "odds against it [–]", "fall of chi-square [–]"),
+        tuple(
+            (" with ".join(a.titles), number(a.odds, 2), number(a.drop, 4))
+            for a in d.alternatives[:_MOST_SETS]
+        ),
+        note="Sets beyond exchanging a finding by one of its rivals, each member needed. Odds: by "
+        "evidence, with the expected sizes as priors; below one the set is the likelier, but its "
+        "exact fit was not better." + (f" {left} more are in diagnosis.json." if left > 0 else ""),
+        learners=False,
+    )
+
+
+def dismissed_table(d: Diagnosis) -> Table:
+    """Return what was taken out again because what remains is not white."""
+    return Table(
+        "Not believed",
+        ("effect", "fall of chi-square [–]", "significance by stretches of time [σ]"),
+        tuple((x.title, number(x.drop, 3), number(x.strength, 2)) for x in d.dismissed),
+        note="These pass the threshold of white noise; what remains is not white. Counted by whole "
+        "stretches of time, a twenty-fourth of the data each, they have less than 4 sigma.",
         learners=False,
     )
 

@@ -22,6 +22,7 @@ __all__ = ["addition_lines", "columns", "diagnosis_lines", "text_waterfall"]
 
 _BAR = 32
 _MOST_DETECTABLE = 10
+_MOST_SETS = 6
 
 
 def diagnosis_lines(d: Diagnosis) -> list[str]:
@@ -46,6 +47,7 @@ def diagnosis_lines(d: Diagnosis) -> list[str]:
         lines += [*columns(heads, rows), ""]
         remarks = [f"{f.name}: {r}" for f in d.findings for r in f.remarks]
         lines += [*remarks, ""] if remarks else []
+    lines += _other_sets(d)
     lines += text_waterfall(d)
     if d.findings:
         return lines
@@ -63,6 +65,21 @@ def diagnosis_lines(d: Diagnosis) -> list[str]:
     ]
     heads = ("effect", "parameter", "smallest detectable", "expected", "unit")
     return [*lines, *columns(heads, rows)] if rows else lines
+
+
+def _other_sets(d: Diagnosis) -> list[str]:
+    """Return the sets that explain as much, and what is not believed."""
+    lines = []
+    if d.alternatives:
+        sets = [(" + ".join(a.effects), number(a.odds, 2)) for a in d.alternatives[:_MOST_SETS]]
+        left = len(d.alternatives) - len(sets)
+        lines += columns(("as good, in place of all of this", "odds against it"), sets)
+        lines += [*([f"and {left} more"] if left > 0 else []), ""]
+    if d.dismissed:
+        doubts = [(x.name, number(x.drop, 3), f"{x.strength:.1f} sigma") for x in d.dismissed]
+        heads = ("not believed: what remains is not white", "fall of chi2", "by stretches of time")
+        lines += [*columns(heads, doubts), ""]
+    return lines
 
 
 def addition_lines(a: Addition) -> list[str]:

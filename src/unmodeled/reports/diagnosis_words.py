@@ -25,6 +25,8 @@ __all__ = [
 #: Noise within these bounds is called as stated: chi-square itself is tested in `compare`.
 _AS_STATED = (0.9, 1.1)
 _MOST_NAMED = 4
+#: log10 of the chance below which held-out residuals are called larger than foretold.
+_SURPRISE = -3.0
 
 
 def estimate_text(value: float, sigma: float | None, unit: str) -> str:
@@ -65,7 +67,18 @@ def residual_sentence(d: Diagnosis) -> str:
             f", on the held-out arcs, which are not fitted, from {number(first.held_out_rms, 3)} "
             f"to {number(last.held_out_rms, 3)} σ"
         )
-    return text + "."
+    return f"{text}.{_forecast(d)}"
+
+
+def _forecast(d: Diagnosis) -> str:
+    if d.forecast is None:
+        return ""
+    f = d.forecast
+    verdict = "as they are" if f.log10_p > _SURPRISE else "less than they are"
+    return (
+        f" The covariance of the estimates foretells {number(f.before, 3)} and "
+        f"{number(f.after, 3)} σ there: {verdict}."
+    )
 
 
 def noise_sentence(d: Diagnosis) -> str:
@@ -87,6 +100,11 @@ def remainder_sentence(d: Diagnosis) -> str:
     chance = "above 0.001" if p > -3 else f"1e{p:.0f}"
     if p > -3:
         return f"No force is left that a free acceleration would find (p {chance})."
+    if d.within_stated_noise:
+        return (
+            f"What is left is not white (p {chance}), but no larger than the stated noise, which "
+            "covers it: a force and slow errors of the measurements cannot be told apart in it."
+        )
     return f"A free acceleration still explains part of what is left (p {chance})."
 
 

@@ -46,6 +46,9 @@ class Candidate:
         The places name parameters that a refit estimates too (``searched``).
     searched : tuple of str
         Parameters fixed in the search and free in the refit.
+    positive : tuple of str
+        Estimated parameters that nature has with one sign only (a mass, an area, a Love number): an
+        estimate well below zero speaks against the label.
     """
 
     name: str
@@ -58,6 +61,7 @@ class Candidate:
     known: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     places: tuple[Mapping[str, float], ...] = ()
     searched: tuple[str, ...] = ()
+    positive: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.estimate:

@@ -112,6 +112,7 @@ def _of_the_model(candidate: Candidate, dynamics: Dynamics) -> Candidate:
         effect=own,
         title=title if title.startswith("error") else f"error of the {title}",
         values={n: values[n] for n in candidate.estimate},
+        positive=(),
     )
 
 
@@ -129,6 +130,7 @@ def _bodies(s: Setting) -> list[Candidate]:
                 {key: gm},
                 "third body",
                 known={key: (gm, 1e-6 * gm)},
+                positive=(key,),
             )
         )
     raising = tuple(n for n in ("moon", "sun") if n in names)
@@ -145,6 +147,7 @@ def _bodies(s: Setting) -> list[Candidate]:
                 "third body",
                 values,
                 known={"tide_k2": (k2, 0.02)},
+                positive=("tide_k2",),
             )
         )
     return found
@@ -166,13 +169,21 @@ def _radiation(s: Setting) -> list[Candidate]:
             {"srp_CrA_m": 2.0 * s.reflectivity},
             "radiation",
             shadow,
+            positive=("srp_CrA_m",),
         )
     ]
     if s.body.name in ("earth", "moon", "mars"):
         effect = Albedo()
         name = effect.parameters[0].name
         found.append(
-            _force("albedo", "light from the body", effect, {name: s.reflectivity}, "radiation")
+            _force(
+                "albedo",
+                "light from the body",
+                effect,
+                {name: s.reflectivity},
+                "radiation",
+                positive=(name,),
+            )
         )
     return found
 
@@ -187,6 +198,7 @@ def _relativity(s: Setting) -> list[Candidate]:
             {key: 1.0},
             "relativity",
             known={key: (1.0, 1e-4)},
+            positive=(key,),
         )
     ]
     if s.body.name == "earth":
@@ -201,6 +213,7 @@ def _relativity(s: Setting) -> list[Candidate]:
                 # Angular momentum of the Earth per unit mass, [IERS2010] section 10.3.
                 {"lense_thirring_J": 9.8e8},
                 known={key: (1.0, 0.01)},
+                positive=(key,),
             )
         )
     return found
@@ -225,6 +238,7 @@ def _pushes(s: Setting) -> list[Candidate]:
                     "drag_H": layer.scale_height,
                     "drag_omega": rate,
                 },
+                positive=("drag_B",),
             )
         )
     if s.body.name == "sun":

@@ -31,8 +31,6 @@ __all__ = ["HiddenEffect", "Simulated", "scenario_case", "simulate"]
 
 #: Lowest elevation at which stations track, rad.
 _HORIZON = np.radians(10.0)
-#: Families whose parameters are positive.
-_ONE_SIGN = ("third body", "radiation", "atmosphere", "relativity")
 #: Amplitudes beyond this many times the expected size are not simulated.
 _LARGEST = 100.0
 _ANGLES = ("right_ascension_declination", "azimuth_elevation")
@@ -321,8 +319,7 @@ def _scaled(
     free = [n for n in candidate.estimate if n not in candidate.searched]
     priors = dict(zip(candidate.estimate, candidate.priors, strict=True))
     draws = rng.normal(size=len(free))
-    if candidate.family in _ONE_SIGN:
-        draws = np.abs(draws)
+    draws = np.where([n in candidate.positive for n in free], np.abs(draws), draws)
     direction = np.array([priors[n] for n in free]) * draws / np.linalg.norm(draws)
     columns = linear.columns(candidate.effect, values, free)
     size = float(np.linalg.norm(linear.project(columns @ direction)))

@@ -6,23 +6,20 @@ import numpy as np
 import pandas as pd
 import scipy.stats
 
-from unmodeled.core.arrays import Array
 from unmodeled.datasets.slips import explain_rotation, explain_time_offset
 from unmodeled.pipeline.cases.candidate import Candidate
 from unmodeled.pipeline.cases.case import Case
+from unmodeled.pipeline.diagnosis.alternatives import ODDS, as_good
 from unmodeled.pipeline.diagnosis.pool import Pool, SetScore
 from unmodeled.pipeline.diagnosis.result import Estimate, Finding, Rival
 from unmodeled.pipeline.diagnosis.search import drop_p
 from unmodeled.pipeline.diagnosis.start import estimates_of
+from unmodeled.pipeline.diagnosis.stretches import strength_by_stretches, stretches
 from unmodeled.pipeline.diagnosis.threshold import chi_square_threshold, needed_noncentrality
 from unmodeled.pipeline.orbit_fit import OrbitFit
 
 __all__ = ["describe_candidates", "describe_finding"]
 
-#: An effect is in the class of indistinguishable ones unless the odds against it are 100 to 1.
-_ODDS = float(np.log(100.0))
-#: Correlation above which two signals count as one if the fit is as good.
-_PARALLEL = 0.97
 _BLOCKS = 12
 _PULL = 4.0
 
@@ -120,16 +117,12 @@ def _rivals(pool: Pool, chosen: SetScore, member: int, drop: float) -> tuple[Riv
     for k, m in enumerate(pool.members):
         name = m.candidate.name
         # Far from parallel and far from weak: no need to score it.
-        if name in taken or noncentrality * (1.0 - shares[k] ** 2) > 20.0 * _ODDS:
+        if name in taken or noncentrality * (1.0 - shares[k] ** 2) > 20.0 * ODDS:
             continue
         other = pool.score((*rest, k))
         odds = float(np.clip(chosen.evidence - other.evidence, -700.0, 700.0))
-        # Nearly the same signal and as good a fit for its parameters: the data cannot tell, even
-        # if parsimony prefers the simpler of the two.
-        worse = (chosen.drop - other.drop) / chosen.noise**2
-        worse += 2.0 * (m.size - pool.members[member].size)
-        same = shares[k] > _PARALLEL and worse < 2.0 * _ODDS
-        if (odds < _ODDS or same) and (name not in found or np.exp(odds) < found[name].odds):
+        better = name not in found or np.exp(odds) < found[name].odds
+        if better and as_good(other, chosen):
             chance = scipy.stats.norm.cdf(np.sqrt(0.5 * noncentrality * (1.0 - shares[k])))
             found[name] = Rival(
                 name, m.candidate.title, float(shares[k]), float(np.exp(odds)), float(chance)
@@ -156,7 +149,7 @@ def _stability(pool: Pool, chosen: SetScore, member: int) -> tuple[float | None,
         q = float(scipy.stats.chi2.sf(total / variance, len(own) * (len(arcs) - 1)))
     largest = 0.0
     scale = np.sqrt(variance * np.diag(np.linalg.pinv(F)))
-    for rows in np.array_split(np.arange(pool.lin.measured), _BLOCKS):
+    for rows in stretches(pool, _BLOCKS):
         part = B[rows]
         change = np.linalg.pinv(F - part.T @ part) @ (part.T @ residual[rows])
         largest = max(largest, float(np.max(np.abs(change) / np.maximum(scale, 1e-300))))
@@ -164,31 +157,9 @@ def _stability(pool: Pool, chosen: SetScore, member: int) -> tuple[float | None,
 
 
 def _doubts(pool: Pool, chosen: SetScore, member: int) -> tuple[str, ...]:
-    """Say how significant a finding is if only whole stretches of residuals are independent.
-
-    The scatter of the stretches' contributions takes the place of the noise (the sandwich of
-    [LiangZeger1986] with stretches as clusters): coloured residuals are counted for what they are.
-    """
-    residual = pool.left(chosen)
-    rest = [k for k in chosen.members if k != member]
-    G, _ = pool.beside(rest)
-    own = pool.members[member].columns
-    other = np.concatenate([pool.members[k].columns for k in rest]) if rest else np.zeros(0, int)
-    B = pool.columns[:, own]
-    if len(other):
-        A = pool.columns[:, other]
-        B = B - A @ (np.linalg.pinv(A.T @ A, rcond=1e-10, hermitian=True) @ (A.T @ B))
-    first = [int(i) for k in chosen.members for i in pool.members[k].columns].index(int(own[0]))
-    signal = G[np.ix_(own, own)] @ chosen.estimate[first : first + len(own)]
-    parts = np.array([B[rows].T @ residual[rows] for rows in _stretches(pool)])
-    scatter = parts.T @ parts * len(parts) / max(len(parts) - 1, 1)
-    strength = float(np.sqrt(signal @ np.linalg.pinv(scatter, hermitian=True) @ signal / len(own)))
+    strength = strength_by_stretches(pool, chosen, member)
     text = f"what remains is not white: counted by stretches of time this is {strength:.1f} sigma"
-    return (text if strength >= _PULL else f"{text}, which is doubtful",)
-
-
-def _stretches(pool: Pool) -> list[Array]:
-    return list(np.array_split(np.arange(pool.lin.measured), 2 * _BLOCKS))
+    return (text,)
 
 
 def _remarks(case: Case, candidate: Candidate, estimates: tuple[Estimate, ...]) -> tuple[str, ...]:

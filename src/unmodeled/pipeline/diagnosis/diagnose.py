@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -12,28 +13,36 @@ from unmodeled.core.errors import DataError, NumericalError, OrbitError
 from unmodeled.core.seeds import Streams
 from unmodeled.pipeline.cases.case import Case
 from unmodeled.pipeline.comparison.whiteness import is_coloured, whiteness
+from unmodeled.pipeline.diagnosis.alternatives import other_sets
 from unmodeled.pipeline.diagnosis.describe import describe_candidates, describe_finding
 from unmodeled.pipeline.diagnosis.further_data import further_data
-from unmodeled.pipeline.diagnosis.held_out import held_out_rms
+from unmodeled.pipeline.diagnosis.held_out import held_out_forecast, held_out_rms
 from unmodeled.pipeline.diagnosis.pool import Pool, SetScore
-from unmodeled.pipeline.diagnosis.remainder import remainder_log_p
-from unmodeled.pipeline.diagnosis.result import Diagnosis, Finding, Step, Verdict
-from unmodeled.pipeline.diagnosis.search import best_set, pruned
+from unmodeled.pipeline.diagnosis.remainder import Remainder, remainder_of
+from unmodeled.pipeline.diagnosis.result import (
+    Alternative,
+    Diagnosis,
+    Dismissed,
+    Finding,
+    Step,
+    Verdict,
+)
+from unmodeled.pipeline.diagnosis.search import MARGIN, best_set, pruned
 from unmodeled.pipeline.diagnosis.start import Chosen, chosen_values, with_set
+from unmodeled.pipeline.diagnosis.stretches import DOUBTFUL, strength_by_stretches
 from unmodeled.pipeline.diagnosis.threshold import smallest_p_threshold
 from unmodeled.pipeline.linearisation import Linearisation
 from unmodeled.pipeline.orbit_fit import OrbitFit
 
 __all__ = ["diagnose"]
 
-#: A free acceleration in the remainder must be this unlikely by chance to be reported.
-_REMAINDER = float(np.log(1e-3))
 #: Residuals above this many sigmas: the linear picture is rough, effects are added one by one.
 _ROUGH = 3.0
 #: A rival by linear score is refitted if it explains this share of what the best explains.
 _NEAR = 0.8
 _RIVALS = 3
-#: An exchange must lower chi-square by this much in the exact fit, in units of the noise.
+#: An exchange must lower chi-square by this much in the exact fit, in units of the noise, or by
+#: what the linear picture promised less as much (fewer effects may fit a little worse).
 _GAIN = 2.0
 #: Fits on the way stop when chi-square falls by less than this.
 _SETTLED = 1e-3
@@ -89,10 +98,17 @@ def diagnose(case: Case, *, most: int = 5, progress: Progress | None = None) -> 
         room = most - len(start)
         growth = min(room, 1 if pool.score(()).noise > _ROUGH else 2)
         chosen = best_set(pool, start, limit, growth, banned)
-        names = frozenset(pool.members[m].candidate.name for m in chosen.members)
+        names = pool.names(chosen)
         if names == frozenset(state.accepted) or names in tried:
+            # Settled. Another set may still be likelier, that no exchange of members leads to.
             chosen = pool.score(start)
-            break
+            others = other_sets(pool, chosen, limit, banned)
+            if not others or others[0].evidence <= chosen.evidence + MARGIN:
+                break
+            chosen, names = others[0], pool.names(others[0])
+            if names in tried or len(names) > most:
+                chosen = pool.score(start)
+                break
         say("refitting", (turn + 0.7) / (2 * most + 2))
         fresh = _refit(case, state, pool, chosen)
         if fresh is None:
@@ -101,8 +117,9 @@ def diagnose(case: Case, *, most: int = 5, progress: Progress | None = None) -> 
             chosen = pool.score(start)
             continue
         tried.append(frozenset(fresh.accepted))
-        gained = state.fit.cost - fresh.fit.cost
-        if len(fresh.accepted) <= len(state.accepted) and gained < _GAIN * chosen.noise**2:
+        gained = (state.fit.cost - fresh.fit.cost) / chosen.noise**2
+        promised = (chosen.drop - pool.score(start).drop) / chosen.noise**2
+        if len(fresh.accepted) <= len(state.accepted) and gained < min(_GAIN, promised - _GAIN):
             # An exchange that the exact fit does not confirm: the search would go round in circles.
             chosen = pool.score(start)
             break
@@ -116,28 +133,52 @@ def diagnose(case: Case, *, most: int = 5, progress: Progress | None = None) -> 
     kept = pruned(pool, chosen, limit)
     if len(kept.members) < len(chosen.members) and (last := _fitted(case, pool, kept)):
         # The exact fits moved on since a member was chosen: what no longer passes is taken out.
-        gone = ", ".join(sorted(set(state.accepted) - set(last.accepted)))
+        steps.append(_taken_out(state, last))
         state = last
-        steps.append(Step(f"without {gone}", state.fit.rms_in_sigmas, held_out_rms(state.case)))
         lin, pool, start = _linearised(case, state)
         chosen = pool.score(start)
-    remainder = remainder_log_p(pool, chosen.members)
-    white = whiteness(lin)
-    coloured = remainder < _REMAINDER or is_coloured(white)
+    dismissed: list[Dismissed] = []
+    while True:
+        say("testing what is left", 0.9)
+        remainder, white = remainder_of(pool, chosen.members), whiteness(lin)
+        coloured = remainder.is_there or is_coloured(white)
+        doubt = _weakest(pool, chosen) if coloured else None
+        if doubt is None:
+            break
+        # White noise is what the threshold supposes: under coloured residuals slow changes pass
+        # it that are none of the catalogue's. What does not stand by stretches is taken out.
+        member, dismissal = doubt
+        kept = pool.score([m for m in chosen.members if m != member])
+        last = _fitted(case, pool, kept)
+        if last is None:
+            break
+        dismissed.append(dismissal)
+        steps.append(_taken_out(state, last))
+        state = last
+        lin, pool, start = _linearised(case, state)
+        chosen = pool.score(start)
     findings = tuple(
         describe_finding(case, pool, chosen, m, limit, state.fit, coloured=coloured)
         for m in sorted(chosen.members, key=lambda m: -_drop_without(pool, chosen, m))
     )
+    sets = _alternatives(pool, chosen, findings, other_sets(pool, chosen, limit, banned))
+    findings = tuple(_among(f, sets) for f in findings)
+    nulls = {n: c.values[n] for c in case.candidates for n in c.estimate} | first_fit.values
+    forecast = held_out_forecast(state.case, state.fit, nulls, chosen.noise)
     return Diagnosis(
         case=case,
-        verdict=_verdict(findings, remainder),
+        verdict=_verdict(findings, sets, remainder),
         findings=findings,
+        alternatives=sets,
+        dismissed=tuple(dismissed),
         steps=tuple(steps),
         noise=chosen.noise,
-        remainder_log10_p=remainder / np.log(10.0),
+        remainder_log10_p=remainder.log_p / np.log(10.0),
+        within_stated_noise=remainder.is_there and not remainder.is_force,
         log_p_limit=limit,
         candidates=describe_candidates(first_pool, limit),
         further=further_data(state.case, findings, case.candidates),
+        forecast=forecast,
         final_case=state.case,
         fit=first_fit,
         final_fit=state.fit,
@@ -217,9 +258,51 @@ def _drop_without(pool: Pool, chosen: SetScore, member: int) -> float:
     return chosen.drop - pool.score([m for m in chosen.members if m != member]).drop
 
 
-def _verdict(findings: tuple[Finding, ...], remainder: float) -> Verdict:
-    if remainder < _REMAINDER:
+def _taken_out(before: _State, after: _State) -> Step:
+    gone = ", ".join(sorted(set(before.accepted) - set(after.accepted)))
+    return Step(f"nothing for {gone}", after.fit.rms_in_sigmas, held_out_rms(after.case))
+
+
+def _weakest(pool: Pool, chosen: SetScore) -> tuple[int, Dismissed] | None:
+    """Return the member that stands least by stretches of time, if it is doubtful."""
+    strength = {m: strength_by_stretches(pool, chosen, m) for m in chosen.members}
+    weakest = min(strength, key=lambda m: strength[m], default=None)
+    if weakest is None or strength[weakest] >= DOUBTFUL:
+        return None
+    c = pool.members[weakest].candidate
+    drop = _drop_without(pool, chosen, weakest)
+    return weakest, Dismissed(c.name, c.title, drop, strength[weakest])
+
+
+def _alternatives(
+    pool: Pool, chosen: SetScore, findings: tuple[Finding, ...], sets: tuple[SetScore, ...]
+) -> tuple[Alternative, ...]:
+    """Return the sets that are more than an exchange of findings by their rivals."""
+    found = []
+    for s in sets:
+        candidates = [pool.members[m].candidate for m in s.members]
+        names = tuple(c.name for c in candidates)
+        if len(names) == len(findings) and any(
+            all(n in f.class_names for n, f in zip(order, findings, strict=True))
+            for order in itertools.permutations(names)
+        ):
+            continue
+        odds = float(np.exp(np.clip(chosen.evidence - s.evidence, -700.0, 700.0)))
+        found.append(Alternative(names, tuple(c.title for c in candidates), odds, s.drop))
+    return tuple(found)
+
+
+def _among(finding: Finding, others: tuple[Alternative, ...]) -> Finding:
+    """Return a finding whose confidence also counts the sets that do without it."""
+    against = sum(1.0 / a.odds for a in others if finding.name not in a.effects)
+    return replace(finding, confidence=1.0 / (1.0 / finding.confidence + against))
+
+
+def _verdict(
+    findings: tuple[Finding, ...], others: tuple[Alternative, ...], remainder: Remainder
+) -> Verdict:
+    if remainder.is_force:
         return "outside the catalogue"
     if not findings:
         return "nothing missing"
-    return "ambiguous" if any(f.rivals for f in findings) else "found"
+    return "ambiguous" if others or any(f.rivals for f in findings) else "found"

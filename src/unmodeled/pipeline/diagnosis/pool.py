@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-import scipy.stats
+import scipy.special
 
 from unmodeled.core.arrays import Array
 from unmodeled.pipeline.cases.candidate import Candidate
@@ -63,6 +63,9 @@ class SetScore:
         In units of the priors, the members' parameters one after another.
     covariance : ndarray (k, k)
         Of ``estimate``, with the noise as estimated.
+    wrong_sign : float
+        ln of the chance that parameters that cannot be negative are positive, doubled (the prior is
+        half as wide), at most 0; it is part of ``evidence``.
     """
 
     members: tuple[int, ...]
@@ -71,6 +74,12 @@ class SetScore:
     evidence: float
     estimate: Array
     covariance: Array
+    wrong_sign: float = 0.0
+
+    @property
+    def worth(self) -> float:
+        """Twice the logarithm of the likelihood, each parameter at the price of 2, [Akaike1974]."""
+        return self.drop / self.noise**2 - 2.0 * len(self.estimate) + 2.0 * self.wrong_sign
 
 
 class Pool:
@@ -122,7 +131,12 @@ class Pool:
         self.square = float(self.residual @ self.residual)
         self.freedom = lin.freedom
         # Against the whole column: what the known columns absorb does not count as parallel.
-        self._floor = _PARALLEL * np.diag(self.gram)
+        self._scale = np.sqrt(np.maximum(np.diag(self.gram), 1e-300))
+        self._sizes = np.array([m.size for m in self.members], dtype=int)
+        self._alike = [
+            (who, np.array([self.members[k].columns for k in who]))
+            for who in (np.flatnonzero(self._sizes == n) for n in np.unique(self._sizes))
+        ]
 
     def score(self, chosen: Sequence[int]) -> SetScore:
         """Score a set of members together."""
@@ -133,13 +147,16 @@ class Pool:
         drop = float(c @ estimate)
         left = max(self.square - drop, 1e-12 * self.square)
         variance = left / max(self.freedom - len(index), 1)
+        covariance = inverse * variance
+        sign = self._wrong_sign(chosen, estimate, covariance)
         return SetScore(
             tuple(chosen),
             drop,
             float(np.sqrt(variance)),
-            self._evidence(chosen, G / variance, c / variance, variance, estimate),
+            self._evidence(chosen, G / variance, c / variance, variance, estimate) + sign,
             estimate,
-            inverse * variance,
+            covariance,
+            sign,
         )
 
     def beside(self, chosen: Sequence[int]) -> tuple[Array, Array]:
@@ -164,10 +181,13 @@ class Pool:
         """
         G, c = self.beside(chosen)
         base = self.score(chosen).drop if len(chosen) else 0.0
-        drops = np.array([self._drop(G, c, m.columns) for m in self.members])
-        sizes = np.array([m.size for m in self.members])
+        drops, sizes = self.drops(G, c), self._sizes
         taken = len(self._index(chosen))
         return drops, log_p(drops, sizes, self.square - base, self.freedom - taken)
+
+    def names(self, s: SetScore) -> frozenset[str]:
+        """Return the names of the candidates of a set."""
+        return frozenset(self.members[m].candidate.name for m in s.members)
 
     def left(self, s: SetScore) -> Array:
         """Return what a set leaves of the projected residuals, (n,)."""
@@ -192,20 +212,23 @@ class Pool:
         out = np.zeros(len(self.members))
         if size <= 0:
             return out
-        for j, m in enumerate(self.members):
-            out[j] = np.sqrt(max(self._drop(G, G[:, own] @ theta, m.columns), 0.0) / size)
+        out = np.sqrt(np.maximum(self.drops(G, G[:, own] @ theta), 0.0) / size)
         return np.minimum(out, 1.0)
 
-    def _drop(self, G: Array, c: Array, index: Array) -> float:
-        block = G[np.ix_(index, index)]
-        if len(index) == 1:
-            g = float(block[0, 0])
-            return float(c[index[0]] ** 2 / g) if g > self._floor[index[0]] and g > 0 else 0.0
-        scale = np.sqrt(np.maximum(np.diag(self.gram)[index], 1e-300))
-        size, axes = np.linalg.eigh(block / scale[:, None] / scale)
-        kept = size > _PARALLEL
-        b = (axes.T @ (c[index] / scale))[kept]
-        return float(np.sum(b * b / size[kept]))
+    def drops(self, G: Array, c: Array) -> Array:
+        """Return what each member explains alone, (m,), given what `beside` returns."""
+        # In units of the whole columns: a direction of which next to nothing is left is not used.
+        c = c / self._scale
+        drops = np.zeros(len(self.members))
+        for who, index in self._alike:
+            scale = self._scale[index]
+            blocks = G[index[:, :, None], index[:, None, :]] / scale[:, :, None] / scale[:, None, :]
+            size, axes = np.linalg.eigh(blocks)
+            b = np.einsum("kij,ki->kj", axes, c[index])
+            drops[who] = np.sum(
+                np.divide(b * b, size, out=np.zeros_like(b), where=size > _PARALLEL), axis=1
+            )
+        return drops
 
     def _evidence(
         self, chosen: Sequence[int], G: Array, c: Array, variance: float, estimate: Array
@@ -253,6 +276,18 @@ class Pool:
         chances = sum(np.log(names * max(len(self.members[k].candidate.places), 1)) for k in chosen)
         return total - float(np.log(len(mixtures))) - float(chances) - widened
 
+    def _wrong_sign(self, chosen: Sequence[int], estimate: Array, covariance: Array) -> float:
+        one_sign = [
+            name in self.members[k].candidate.positive
+            for k in chosen
+            for name in self.members[k].candidate.estimate
+        ]
+        if not any(one_sign):
+            return 0.0
+        z = estimate / np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+        ln_chance = scipy.special.log_ndtr(z[np.array(one_sign)]) + np.log(2.0)
+        return float(np.sum(np.minimum(ln_chance, 0.0)))
+
     def _index(self, chosen: Sequence[int]) -> Array:
         if not len(chosen):
             return np.zeros(0, dtype=int)
@@ -265,7 +300,8 @@ def log_p(drops: Array, sizes: Array, square: float, freedom: int) -> Array:
     rest = np.maximum(freedom - sizes, 1)
     ratio = (drops / sizes) / ((square - drops) / rest)
     # Beta form: its logarithm stays finite where that of the F distribution underflows.
-    tail = scipy.stats.beta.logsf(drops / square, 0.5 * sizes, 0.5 * rest)
+    with np.errstate(divide="ignore"):
+        tail = np.log(scipy.special.betaincc(0.5 * sizes, 0.5 * rest, drops / square))
     far = -0.5 * rest * np.log1p(sizes * ratio / rest)
     value: Array = np.where(np.isfinite(tail), tail, far)
     return value

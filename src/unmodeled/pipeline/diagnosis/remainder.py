@@ -2,26 +2,63 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import scipy.linalg
+import scipy.stats
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.frames import rtn_from_inertial
 from unmodeled.pipeline.diagnosis.pool import Pool, log_p
 from unmodeled.pipeline.linearisation import ArcRows, Linearisation
 
-__all__ = ["remainder_log_p"]
+__all__ = ["Remainder", "remainder_of"]
 
 _HATS = 24
 _HARMONICS = 4
+#: Something must be this unlikely by chance to be reported.
+_LEVEL = float(np.log(1e-3))
 
 
-def remainder_log_p(pool: Pool, chosen: tuple[int, ...]) -> float:
-    """Return ln p of a free acceleration in the residuals beside a set of members.
+@dataclass(frozen=True)
+class Remainder:
+    """What a free acceleration explains of the residuals beside what was found.
+
+    Parameters
+    ----------
+    log_p : float
+        ln p of an F-test: the noise is as found, so that one stated wrongly is not a force.
+    log_p_stated : float
+        ln p with the noise as stated.
+    log_p_quiet : float
+        ln p that residuals of the stated noise are as small as these.
+    """
+
+    log_p: float
+    log_p_stated: float
+    log_p_quiet: float
+
+    @property
+    def is_there(self) -> bool:
+        """True if what is left is not white: a slow change is in it, of the force or the noise."""
+        return self.log_p < _LEVEL
+
+    @property
+    def is_force(self) -> bool:
+        """True if the stated noise cannot be the cause.
+
+        Where all that is left is significantly smaller than the stated noise, whoever stated it
+        has allowed for slow errors: they cannot be told from a force.
+        """
+        return self.is_there and self.log_p_stated < _LEVEL and self.log_p_quiet > _LEVEL
+
+
+def remainder_of(pool: Pool, chosen: tuple[int, ...]) -> Remainder:
+    """Test the residuals beside a set of members for a free acceleration.
 
     The acceleration is piecewise linear in time on each of the axes R, T, N, plus harmonics of
-    the argument of latitude up to the fourth: no cause is assumed. An F-test, so that a noise
-    that was stated wrongly does not count as a force.
+    the argument of latitude up to the fourth: no cause is assumed.
     """
     lin = pool.lin
     columns = lin.project(free_acceleration(lin))
@@ -36,17 +73,15 @@ def remainder_log_p(pool: Pool, chosen: tuple[int, ...]) -> float:
         columns[:, size > 0] / size[size > 0], mode="economic", pivoting=True
     )
     rank = int(np.sum(np.abs(np.diag(r)) > 1e-3))
-    rank = min(rank, max((lin.freedom - len(index)) // 4, 0))
+    freedom = lin.freedom - len(index)
+    rank = min(rank, max(freedom // 4, 0))
+    square = float(residual @ residual)
+    quiet = float(scipy.stats.chi2.logcdf(square, max(freedom, 1)))
     if rank == 0:
-        return 0.0
+        return Remainder(0.0, 0.0, quiet)
     drop = float(np.sum((basis[:, :rank].T @ residual) ** 2))
-    p = log_p(
-        np.array([drop]),
-        np.array([rank]),
-        float(residual @ residual),
-        lin.freedom - len(index),
-    )
-    return float(p[0])
+    p = log_p(np.array([drop]), np.array([rank]), square, freedom)
+    return Remainder(float(p[0]), float(scipy.stats.chi2.logsf(drop, rank)), quiet)
 
 
 def free_acceleration(lin: Linearisation) -> Array:

@@ -10,7 +10,20 @@ import pandas as pd
 from unmodeled.pipeline.cases.case import Case
 from unmodeled.pipeline.orbit_fit import OrbitFit
 
-__all__ = ["Diagnosis", "Estimate", "Finding", "Rival", "Step", "Verdict"]
+__all__ = [
+    "Alternative",
+    "Diagnosis",
+    "Dismissed",
+    "Estimate",
+    "Finding",
+    "Forecast",
+    "Rival",
+    "Step",
+    "Verdict",
+]
+
+#: Alternatives that a sentence names.
+_NAMED = 3
 
 Verdict = Literal["found", "ambiguous", "outside the catalogue", "nothing missing"]
 
@@ -101,6 +114,48 @@ class Finding:
 
 
 @dataclass(frozen=True)
+class Alternative:
+    """Another set of effects, in place of all findings together, that these data cannot exclude.
+
+    ``odds`` is the Bayes factor of the findings against it, ``drop`` by how much chi-square falls
+    with it (stated sigmas).
+    """
+
+    effects: tuple[str, ...]
+    titles: tuple[str, ...]
+    odds: float
+    drop: float
+
+
+@dataclass(frozen=True)
+class Dismissed:
+    """An effect that passes the threshold of white noise but not under residuals as coloured.
+
+    ``drop`` is what it would explain of chi-square; ``strength`` its significance in sigmas if
+    only whole stretches of time are independent.
+    """
+
+    name: str
+    title: str
+    drop: float
+    strength: float
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """What the residual RMS of the held-out arcs should be, in stated sigmas.
+
+    ``before`` is without what was found, if the estimates are right; ``after`` with it, from the
+    noise as found and the covariance of the estimates; ``log10_p`` is the chance that they come
+    out as large as they did, if the model and its covariance are right.
+    """
+
+    before: float
+    after: float
+    log10_p: float
+
+
+@dataclass(frozen=True)
 class Step:
     """One bar of the waterfall: normalised residual RMS after an addition."""
 
@@ -121,6 +176,10 @@ class Diagnosis:
         "found", "ambiguous", "outside the catalogue", "nothing missing".
     findings : tuple of Finding
         In the order of their share of chi-square.
+    alternatives : tuple of Alternative
+        Other sets that explain as much, beyond exchanging a finding by one of its rivals.
+    dismissed : tuple of Dismissed
+        What was found and taken out again, because what remains is not white.
     steps : tuple of Step
         The waterfall; the first is the model as given.
     noise : float
@@ -128,6 +187,9 @@ class Diagnosis:
         was stated.
     remainder_log10_p : float
         p-value of a free acceleration in what is left: small means that something remains.
+    within_stated_noise : bool
+        True: what is left is not white, but the noise as stated covers it; a force and slow errors
+        of the measurements cannot be told apart.
     log_p_limit : float
         ln of the p-value that a candidate had to reach.
     candidates : DataFrame
@@ -135,6 +197,8 @@ class Diagnosis:
         smallest_detectable (by these data with 90 % power, for single parameters).
     further : DataFrame
         Which further data would tell classes apart: pair, data, correlation, probability.
+    forecast : Forecast or None
+        What the held-out arcs should show; None without any.
     final_case : Case
         With what was found added.
     fit, final_fit : OrbitFit
@@ -148,12 +212,16 @@ class Diagnosis:
     case: Case = field(repr=False)
     verdict: Verdict
     findings: tuple[Finding, ...]
+    alternatives: tuple[Alternative, ...]
+    dismissed: tuple[Dismissed, ...]
     steps: tuple[Step, ...]
     noise: float
     remainder_log10_p: float
+    within_stated_noise: bool
     log_p_limit: float
     candidates: pd.DataFrame = field(repr=False)
     further: pd.DataFrame = field(repr=False)
+    forecast: Forecast | None
     final_case: Case = field(repr=False)
     fit: OrbitFit = field(repr=False)
     final_fit: OrbitFit = field(repr=False)
@@ -162,9 +230,14 @@ class Diagnosis:
 
     @property
     def sentence(self) -> str:
-        """The verdict in one sentence."""
+        """The verdict in a few sentences."""
+        left = ""
+        if self.verdict == "outside the catalogue" and self.findings:
+            left = " Something else remains that no effect of the catalogue explains."
+        elif self.within_stated_noise:
+            left = " What remains is not white, but the stated noise covers it."
         if self.verdict == "nothing missing":
-            return "Nothing is missing at this noise."
+            return f"Nothing is missing at this noise.{left}"
         if not self.findings:
             return "Something is missing that no effect of the catalogue explains."
         parts = []
@@ -175,9 +248,12 @@ class Diagnosis:
             else:
                 parts.append(f.title)
         text = "Missing: " + "; ".join(parts) + "."
-        if self.verdict == "outside the catalogue":
-            text += " Something else remains that no effect of the catalogue explains."
-        return text
+        if self.alternatives:
+            named = "; or ".join(" with ".join(a.titles) for a in self.alternatives[:_NAMED])
+            more = len(self.alternatives) - _NAMED
+            tail = f"; or one of {more} more" if more > 0 else ""
+            text += f" As good, in place of all of this: {named}{tail}."
+        return text + left
 
     def as_json(self) -> dict[str, Any]:
         """Return the answer as plain data; the schema is in docs/diagnose.md."""
@@ -186,12 +262,32 @@ class Diagnosis:
             "verdict": self.verdict,
             "sentence": self.sentence,
             "found": [_finding(f) for f in self.findings],
+            "alternatives": [
+                {
+                    "effects": list(a.effects),
+                    "titles": list(a.titles),
+                    "odds": a.odds,
+                    "delta_chi_square": a.drop,
+                }
+                for a in self.alternatives
+            ],
+            "dismissed": [
+                {
+                    "effect": d.name,
+                    "title": d.title,
+                    "delta_chi_square": d.drop,
+                    "strength_in_sigmas": d.strength,
+                }
+                for d in self.dismissed
+            ],
             "residual_rms_before": self.steps[0].rms,
             "residual_rms_after": self.steps[-1].rms,
             "held_out_rms_before": self.steps[0].held_out_rms,
             "held_out_rms_after": self.steps[-1].held_out_rms,
+            "held_out_forecast": vars(self.forecast) if self.forecast else None,
             "noise": self.noise,
             "remainder_log10_p": self.remainder_log10_p,
+            "within_stated_noise": self.within_stated_noise,
             "waterfall": [vars(s) for s in self.steps],
             "whiteness": _records(self.whiteness),
             "smallest_detectable": _records(

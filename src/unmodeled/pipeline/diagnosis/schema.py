@@ -64,6 +64,36 @@ class FindingJson(Part):
     remarks: list[str]
 
 
+class AlternativeJson(Part):
+    """Another set of effects that explains as much, in place of all findings together."""
+
+    effects: list[str]
+    titles: list[str]
+    odds: float | None = Field(description="Bayes factor of the findings against it")
+    delta_chi_square: float = Field(description="fall of chi-square with it, stated sigmas")
+
+
+class DismissedJson(Part):
+    """An effect that was taken out again, because what remains is not white."""
+
+    effect: str
+    title: str
+    delta_chi_square: float = Field(description="rise of chi-square without it, stated sigmas")
+    strength_in_sigmas: float = Field(
+        description="its significance if only whole stretches of time are independent"
+    )
+
+
+class ForecastJson(Part):
+    """What the residual RMS of the held-out arcs should be, stated sigmas."""
+
+    before: float = Field(description="without what was found, if the estimates are right")
+    after: float = Field(description="with it, from the noise and the covariance of the estimates")
+    log10_p: float | None = Field(
+        description="chance of residuals as large as those seen if model and covariance are right"
+    )
+
+
 class StepJson(Part):
     """One bar of the waterfall."""
 
@@ -112,13 +142,21 @@ class DiagnosisJson(Part):
     verdict: Literal["found", "ambiguous", "outside the catalogue", "nothing missing"]
     sentence: str
     found: list[FindingJson]
+    alternatives: list[AlternativeJson] = Field(
+        description="sets beyond exchanging a finding by one of its rivals, likeliest first"
+    )
+    dismissed: list[DismissedJson]
     residual_rms_before: float
     residual_rms_after: float
     held_out_rms_before: float | None
     held_out_rms_after: float | None
+    held_out_forecast: ForecastJson | None = Field(description="null without held-out arcs")
     noise: float = Field(description="standard deviation of what is left, stated sigmas")
     remainder_log10_p: float | None = Field(
         description="p-value of a free acceleration in what is left"
+    )
+    within_stated_noise: bool = Field(
+        description="what is left is not white, but the noise as stated covers it"
     )
     waterfall: list[StepJson]
     whiteness: list[WhitenessJson]

@@ -9,12 +9,12 @@ import numpy as np
 
 from unmodeled.pipeline.diagnosis.pool import Pool, SetScore, log_p
 
-__all__ = ["best_set", "drop_p", "pruned"]
+__all__ = ["MARGIN", "best_set", "drop_p", "passes", "pruned"]
 
 #: Sets that are followed side by side, and how many ways of growing each are tried.
 _BEAM = 5
 #: A set must beat another by this much evidence to replace it: 3 to 1.
-_MARGIN = float(np.log(3.0))
+MARGIN = float(np.log(3.0))
 
 
 def best_set(
@@ -65,12 +65,12 @@ def best_set(
         beam = ranked[:_BEAM]
         # Whether anything is missing is for the threshold to say; which, for the evidence.
         if step == 0:
-            passed = [s for s in ranked if _passes(pool, s, limit)]
+            passed = [s for s in ranked if passes(pool, s, limit)]
             best = passed[0] if passed else best
         for candidate in beam:
             # Exchanged first, pruned then: the right set may need that a wrong member leaves.
             settled = pruned(pool, _exchanged(pool, candidate, score, banned), limit)
-            if settled.members and settled.evidence > best.evidence + _MARGIN:
+            if settled.members and settled.evidence > best.evidence + MARGIN:
                 best = settled
     best = _exchanged(pool, best, score, banned, limit)
     return _split(pool, best, score, banned, limit) if growth else best
@@ -87,7 +87,8 @@ def drop_p(pool: Pool, chosen: Sequence[int], member: int) -> tuple[float, float
     return drop, float(p[0])
 
 
-def _passes(pool: Pool, s: SetScore, limit: float) -> bool:
+def passes(pool: Pool, s: SetScore, limit: float) -> bool:
+    """Say whether each member of a set is needed: ln p of dropping it alone reaches ``limit``."""
     return all(drop_p(pool, s.members, m)[1] <= limit for m in s.members)
 
 
@@ -120,11 +121,11 @@ def _exchanged(
             order = [int(k) for k in np.argsort(p) if k in free and drops[k] > 0]
             for trial in ([*rest, k] for k in order[: 2 * _BEAM]):
                 candidate = score(trial)
-                if candidate.evidence <= best.evidence + _MARGIN:
+                if candidate.evidence <= best.evidence + MARGIN:
                     continue
                 if limit is not None:
                     candidate = pruned(pool, candidate, limit)
-                if candidate.evidence > best.evidence + _MARGIN:
+                if candidate.evidence > best.evidence + MARGIN:
                     best = candidate
         if best is s:
             return s
@@ -146,9 +147,9 @@ def _split(
         for first in _foremost(pool, rest, banned):
             for second in _foremost(pool, [*rest, first], banned):
                 candidate = score([*rest, first, second])
-                if candidate.evidence > best.evidence + _MARGIN:
+                if candidate.evidence > best.evidence + MARGIN:
                     candidate = pruned(pool, candidate, limit)
-                    if candidate.evidence > best.evidence + _MARGIN:
+                    if candidate.evidence > best.evidence + MARGIN:
                         best = candidate
     return best
 
