@@ -140,7 +140,7 @@ class Pool:
 
     def score(self, chosen: Sequence[int]) -> SetScore:
         """Score a set of members together."""
-        index = self._index(chosen)
+        index = self.index(chosen)
         G, c = self.gram[np.ix_(index, index)], self.product[index]
         inverse = _inverse(G)
         estimate = inverse @ c
@@ -161,7 +161,7 @@ class Pool:
 
     def beside(self, chosen: Sequence[int]) -> tuple[Array, Array]:
         """Return Gram matrix and products with the columns of a set projected out."""
-        index = self._index(chosen)
+        index = self.index(chosen)
         if not len(index):
             return self.gram, self.product
         inverse = _inverse(self.gram[np.ix_(index, index)])
@@ -182,7 +182,7 @@ class Pool:
         G, c = self.beside(chosen)
         base = self.score(chosen).drop if len(chosen) else 0.0
         drops, sizes = self.drops(G, c), self._sizes
-        taken = len(self._index(chosen))
+        taken = len(self.index(chosen))
         return drops, log_p(drops, sizes, self.square - base, self.freedom - taken)
 
     def names(self, s: SetScore) -> frozenset[str]:
@@ -191,12 +191,12 @@ class Pool:
 
     def left(self, s: SetScore) -> Array:
         """Return what a set leaves of the projected residuals, (n,)."""
-        remaining: Array = self.residual - self.columns[:, self._index(s.members)] @ s.estimate
+        remaining: Array = self.residual - self.columns[:, self.index(s.members)] @ s.estimate
         return remaining
 
     def state_steps(self, s: SetScore) -> Array:
         """Return how the initial states (a, 6) move when a set is put in."""
-        left = self._raw_residual - self._raw[:, self._index(s.members)] @ s.estimate
+        left = self._raw_residual - self._raw[:, self.index(s.members)] @ s.estimate
         return self.lin.state_steps(left)
 
     def shares(self, member: int, chosen: Sequence[int]) -> Array:
@@ -288,7 +288,8 @@ class Pool:
         ln_chance = scipy.special.log_ndtr(z[np.array(one_sign)]) + np.log(2.0)
         return float(np.sum(np.minimum(ln_chance, 0.0)))
 
-    def _index(self, chosen: Sequence[int]) -> Array:
+    def index(self, chosen: Sequence[int]) -> Array:
+        """Return the columns of members, one member after another."""
         if not len(chosen):
             return np.zeros(0, dtype=int)
         return np.concatenate([self.members[k].columns for k in chosen])
