@@ -14,6 +14,7 @@ from unmodeled.core.parameters import Parameter
 from unmodeled.datasets.measurement_effects import MeasurementEffect
 from unmodeled.datasets.measurements import Measurements
 from unmodeled.models.physics import Dynamics
+from unmodeled.models.physics.continuous_orbit import ContinuousOrbit
 from unmodeled.pipeline.arrow import Arrow
 from unmodeled.pipeline.partials import ArcPartials
 
@@ -24,6 +25,8 @@ STATE = ("x", "y", "z", "vx", "vy", "vz")
 _EMPTY = 1e-9
 #: ... its typical change being at least this share of itself (GM of the Sun has 21 digits).
 _SHARE = 1e-9
+#: Orbits that are kept of each arc.
+_KEPT = 2
 
 
 @dataclass(frozen=True)
@@ -118,6 +121,7 @@ class FitProblem:
         self.prior = np.array([0.0 if s is None else 1.0 / s**2 for s in estimate.values()])
         self.forces = tuple(n for n in self.names if n not in declared)
         self._given = {n: known[n].value for n in declared}
+        self._flown: dict[int, list[tuple[bytes, ContinuousOrbit]]] = {}
 
     def start(self) -> Point:
         """Return the first guess."""
@@ -148,12 +152,10 @@ class FitProblem:
     def normalised(self, point: Point) -> list[Array]:
         """Return residuals in sigmas, one flat array for each set of measurements."""
         model, out = self.model(point), []
-        for arc, state, sets in zip(self.arcs, point.states, self.applied(point), strict=True):
-            grid = np.unique(np.concatenate([[arc.epoch], *(m.times for m in sets)]))
-            states = _propagate(model, arc.epoch, state, grid)
+        for a, sets in enumerate(self.applied(point)):
+            orbit = self._orbit(model, point, a, sets)
             for m in sets:
-                at = states[np.searchsorted(grid, m.times)]
-                out.append((m.residuals(at) / m.sigmas).ravel())
+                out.append((m.residuals(orbit.states(m.times)) / m.sigmas).ravel())
         return out
 
     def cost(self, point: Point, used: list[Array]) -> float:
@@ -173,7 +175,8 @@ class FitProblem:
         model = self.model(point)
         for a, (arc, sets) in enumerate(zip(self.arcs, self.applied(point), strict=True)):
             times = np.unique(np.concatenate([m.times for m in sets]))
-            partials = ArcPartials(model, arc.epoch, point.states[a], times)
+            orbit = self._orbit(model, point, a, sets)
+            partials = ArcPartials(model, arc.epoch, point.states[a], times, orbit)
             accelerations = model.parameter_partials(
                 partials.node_states, self.forces, partials.nodes
             )
@@ -259,21 +262,26 @@ class FitProblem:
             )
         return pd.concat(frames, ignore_index=True)
 
+    def _orbit(
+        self, model: Dynamics, point: Point, a: int, sets: Sequence[Measurements]
+    ) -> ContinuousOrbit:
+        """Orbit of an arc at a point; a residual and its partials come from one propagation."""
+        key = point.states[a].tobytes() + point.values.tobytes()
+        known = self._flown.setdefault(a, [])
+        for same, orbit in known:
+            if same == key:
+                return orbit
+        epoch = self.arcs[a].epoch
+        start = min(epoch, *(float(m.times.min()) for m in sets))
+        end = max(epoch, *(float(m.times.max()) for m in sets))
+        orbit = model.fly(point.states[a], epoch, start, end)
+        # The present iterate and the last trial: a trial that is refused leads back.
+        self._flown[a] = [*known[-_KEPT + 1 :], (key, orbit)]
+        return orbit
+
     def _values(self, point: Point) -> Iterator[tuple[str, float]]:
         for p, v in zip(self.parameters, point.values, strict=True):
             yield p.name, float(np.clip(v, p.lower, p.upper))
 
     def _at(self, names: Sequence[str]) -> Array:
         return np.array([self.names.index(n) for n in names], dtype=int)
-
-
-def _propagate(model: Dynamics, epoch: float, state: Array, grid: Array) -> Array:
-    """States on a grid that holds the epoch, forwards and backwards from it."""
-    if len(grid) == 1:
-        return state[None]
-    k = int(np.searchsorted(grid, epoch))
-    after = model.propagate(state, grid[k:])
-    if k == 0:
-        return after
-    before = model.propagate(state, grid[k::-1])
-    return np.concatenate([before[:0:-1], after])

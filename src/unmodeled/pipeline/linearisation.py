@@ -17,7 +17,8 @@ from unmodeled.pipeline.cases.candidate import Candidate
 from unmodeled.pipeline.cases.case import Case
 from unmodeled.pipeline.fit_problem import Arc, FitProblem, Point
 from unmodeled.pipeline.orbit_fit import OrbitFit
-from unmodeled.pipeline.partials import ArcPartials, Indices
+from unmodeled.pipeline.partials import ArcPartials
+from unmodeled.pipeline.transition import Indices
 
 __all__ = ["ArcRows", "Linearisation"]
 

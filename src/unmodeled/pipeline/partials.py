@@ -1,31 +1,28 @@
 """How an orbit answers to its initial state and to any small acceleration.
 
-One variational propagation gives the state-transition matrix; the answer to an acceleration is an
-integral over it (variation of constants), so that hundreds of candidate effects cost one
-propagation and no compilation of their own: only their accelerations along the orbit are needed.
+One propagation and the gradient of the force along it give the state-transition matrix; the answer
+to an acceleration is an integral over it (variation of constants), so that hundreds of candidate
+effects cost one propagation: only their accelerations along the orbit are needed.
 """
 
 from __future__ import annotations
 
-from typing import TypeAlias
-
 import numpy as np
-import numpy.typing as npt
-from numpy.polynomial import legendre
 
 from unmodeled.core.arrays import Array, as_array
 from unmodeled.core.errors import DataError
 from unmodeled.core.frames import rtn_from_inertial
 from unmodeled.models.physics import Dynamics
+from unmodeled.models.physics.continuous_orbit import ContinuousOrbit
+from unmodeled.pipeline.transition import NODES, Panels, Transition
 
 __all__ = ["ArcPartials"]
 
-Indices: TypeAlias = npt.NDArray[np.intp]
-
-#: Gauss-Legendre nodes of a panel, and panels for each turn of orbit and body: 20 panels resolve
-#: forces that change with the 16th harmonic to 1e-7.
-_NODES = 8
+#: Panels for each turn of orbit and body: 20 resolve forces that change with the 16th harmonic
+#: to 1e-7.
 _PANELS = 20
+#: The gradient of the force decides where it says more than the attraction: near another body.
+_STEEP = 1.2
 #: Columns that are integrated at once; bounds the memory.
 _CHUNK = 64
 
@@ -43,6 +40,8 @@ class ArcPartials:
         Initial state, m and m/s.
     times : array_like (n,)
         When the answer is wanted, s, strictly increasing; may begin before the epoch.
+    orbit : ContinuousOrbit, optional
+        The orbit, if it has been integrated already.
 
     Attributes
     ----------
@@ -61,47 +60,46 @@ class ArcPartials:
     With Phi the state-transition matrix from the first time and B = [0; I]:
     ``d x(t) = Phi(t) integral of Phi(s)^-1 B a(s) ds`` from the epoch to t, [MontenbruckGill2000]
     section 7.2 with Lagrange's variation of constants. The integral is a Gauss-Legendre rule on
-    panels of equal phase.
+    panels of equal phase, and Phi comes from collocation at the same nodes (`Transition`).
     """
 
-    def __init__(self, dynamics: Dynamics, epoch: float, state: Array, times: Array) -> None:
+    def __init__(
+        self,
+        dynamics: Dynamics,
+        epoch: float,
+        state: Array,
+        times: Array,
+        orbit: ContinuousOrbit | None = None,
+    ) -> None:
         self.times = as_array(times, ("n",), "times")
         if not len(self.times):
             raise DataError("no times", allowed="at least one")
         start, end = min(epoch, self.times[0]), max(epoch, self.times[-1])
-        first = state
-        if start < epoch:
-            first = dynamics.propagate(state, np.array([epoch, start]))[-1]
-        edges = _refined(_panels(dynamics, first, start, end), dynamics)
-        x, self._weights = legendre.leggauss(_NODES)
-        self._edges, self._half = edges, 0.5 * np.diff(edges)
-        middle = 0.5 * (edges[1:] + edges[:-1])
-        self.nodes = (middle[:, None] + self._half[:, None] * x).ravel()
-        grid = np.unique(np.concatenate([[start, epoch], self.times, self.nodes]))
-        if len(grid) > 1:
-            orbit = dynamics.propagate_variational(first, grid)
-            states, matrices = orbit.states, orbit.transition
-        else:
-            states, matrices = first[None], np.eye(6)[None]
+        orbit = orbit or dynamics.fly(state, epoch, start, end)
+        panels = Panels(_refined(_panels(dynamics, orbit, start, end), dynamics, orbit.stops))
+        self._panels, self.nodes = panels, panels.nodes.ravel()
+        self.node_states, self.states = orbit.states(self.nodes), orbit.states(self.times)
         # Lengths and speeds in units of their own size: the matrices are then well conditioned.
-        size = np.linalg.norm(states.reshape(-1, 2, 3), axis=2).max(axis=0)
+        every = np.concatenate([self.node_states, self.states])
+        size = np.linalg.norm(every.reshape(-1, 2, 3), axis=2).max(axis=0)
         self._scale = np.repeat(size, 3)
-        at_nodes = np.searchsorted(grid, self.nodes)
-        at_times = np.searchsorted(grid, self.times)
-        at_epoch = matrices[np.searchsorted(grid, epoch)]
-        self.node_states, self.states = states[at_nodes], states[at_times]
-        self._matrices = matrices[at_times]
-        self.transition = np.linalg.solve(
-            self._scaled(at_epoch).T, np.swapaxes(self._scaled(self._matrices), 1, 2)
-        ).swapaxes(1, 2)
-        self.transition = self.transition * self._scale[:, None] / self._scale
+        if len(self.nodes):
+            gradient = dynamics.state_partials(self.node_states, self.nodes)
+            phi = Transition(panels, gradient, float(size[0]), float(size[1]))
+            self._matrices, at_epoch = phi.at(self.times), phi.at(np.array([epoch]))[0]
+            at_nodes = phi.at_nodes()
+        else:
+            self._matrices, at_epoch = np.eye(6)[None], np.eye(6)
+            at_nodes = np.empty((0, 6, 6))
+        back = np.linalg.inv(at_epoch)
+        self.transition = (self._matrices @ back) * self._scale[:, None] / self._scale
         push = np.zeros((6, 3))
         push[3:] = np.eye(3) / size[1]
         self._kernel = np.linalg.solve(
-            self._scaled(matrices[at_nodes]), np.broadcast_to(push, (len(at_nodes), 6, 3))
-        ).reshape(-1, _NODES, 6, 3)
-        self._panel, self._partial = self._rules(self.times)
-        panel, partial = self._rules(np.array([epoch]))
+            at_nodes, np.broadcast_to(push, (len(at_nodes), 6, 3))
+        ).reshape(-1, NODES, 6, 3)
+        self._panel, self._partial = panels.rules(self.times)
+        panel, partial = panels.rules(np.array([epoch]))
         self._epoch = (int(panel[0]), partial[0])
 
     def response(self, accelerations: Array) -> Array:
@@ -142,59 +140,35 @@ class ArcPartials:
             kernel = kernel @ np.swapaxes(rtn_from_inertial(states), 1, 2)
         inside = (epochs >= self.nodes[0]) & (epochs <= self.nodes[-1])
         after = (self.times[:, None] > self.nodes[k]) & inside
-        columns = np.einsum("nab,qbc->naqc", self._scaled(self._matrices), kernel)
+        columns = np.einsum("nab,qbc->naqc", self._matrices, kernel)
         columns = columns * after[:, None, :, None] * self._scale[:, None, None]
         return np.asarray(columns.reshape(len(self.times), 6, -1), dtype=float), self.nodes[k]
 
     def _chunk(self, accelerations: Array) -> Array:
         if not len(self.nodes):
             return np.zeros((len(self.times), 6, accelerations.shape[2]))
-        panels = accelerations.reshape(-1, _NODES, 3, accelerations.shape[2])
-        rate = self._kernel @ panels  # (panels, nodes, 6, p)
-        whole = np.einsum("j,kjap->kap", self._weights, rate) * self._half[:, None, None]
+        pushes = accelerations.reshape(-1, NODES, 3, accelerations.shape[2])
+        rate = self._kernel @ pushes  # (panels, nodes, 6, p)
+        whole = np.einsum("j,kjap->kap", Panels.weights, rate) * self._panels.half[:, None, None]
         before = np.concatenate([np.zeros((1, *whole.shape[1:])), np.cumsum(whole, axis=0)])
         k, weights = self._epoch
         zero = before[k] + np.einsum("j,jap->ap", weights, rate[k])
         sums = before[self._panel] - zero
         sums += np.einsum("nj,njap->nap", self._partial, rate[self._panel])
-        turned: Array = self._scaled(self._matrices) @ sums * self._scale[:, None]
+        turned: Array = self._matrices @ sums * self._scale[:, None]
         return turned
 
-    def _rules(self, times: Array) -> tuple[Indices, Array]:
-        """Panel of each time, and the weights of the integral from the panel's start to it."""
-        if not len(self._half):
-            return np.zeros(len(times), dtype=int), np.zeros((len(times), _NODES))
-        panel = np.clip(
-            np.searchsorted(self._edges, times, side="right") - 1, 0, len(self._half) - 1
-        )
-        x = (times - self._edges[panel]) / self._half[panel] - 1.0
-        nodes, weights = legendre.leggauss(_NODES)
-        # The interpolating polynomial in Legendre's basis, each term integrated from -1 to x.
-        basis = legendre.legvander(nodes, _NODES)
-        upper = legendre.legvander(x, _NODES + 1)
-        integral = np.empty((len(x), _NODES))
-        integral[:, 0] = x + 1.0
-        for n in range(1, _NODES):
-            integral[:, n] = (upper[:, n + 1] - upper[:, n - 1]) / (2 * n + 1)
-        degrees = np.arange(_NODES) + 0.5
-        rules = (integral * degrees) @ basis[:, :_NODES].T * weights
-        return panel, rules * self._half[panel][:, None]
 
-    def _scaled(self, matrices: Array) -> Array:
-        scaled: Array = matrices / self._scale[:, None] * self._scale
-        return scaled
-
-
-def _panels(dynamics: Dynamics, state: Array, start: float, end: float) -> Array:
+def _panels(dynamics: Dynamics, orbit: ContinuousOrbit, start: float, end: float) -> Array:
     """Edges of panels of equal phase of orbit and spin, (k + 1,)."""
     if end <= start:
         return np.array([start])
     spin = abs(dynamics.values.get("spin_rate", 0.0))
-    step = _turn_rate(dynamics, state[None], np.array([start]))[0]
+    step = _turn_rate(dynamics, orbit, np.array([start]))[0]
     for _ in range(3):
         count = int(np.clip(np.ceil((end - start) * step * 8.0), 16, 400_000))
         times = np.linspace(start, end, count + 1)
-        rates = _turn_rate(dynamics, dynamics.propagate(state, times), times)
+        rates = _turn_rate(dynamics, orbit, times)
         if rates.max() <= 2.0 * step:
             break
         step = float(rates.max())
@@ -206,7 +180,7 @@ def _panels(dynamics: Dynamics, state: Array, start: float, end: float) -> Array
     return edges
 
 
-def _refined(edges: Array, dynamics: Dynamics) -> Array:
+def _refined(edges: Array, dynamics: Dynamics, stops: tuple[float, ...]) -> Array:
     """Edges with more of them where a force changes abruptly: finer by halves towards the event."""
     extra: list[Array] = []
     for effect in dynamics.effects:
@@ -214,6 +188,10 @@ def _refined(edges: Array, dynamics: Dynamics) -> Array:
             reach = np.median(np.diff(edges)) if len(edges) > 1 else width
             steps = width * 2.0 ** np.arange(-1, max(np.ceil(np.log2(reach / width)), 0) + 2)
             extra += [time - steps, np.array([time]), time + steps]
+    # Between two stops lies a penumbra: panels of half its width within and beside it.
+    for first, second in zip(stops, stops[1:], strict=False):
+        if second - first < np.median(np.diff(edges)):
+            extra.append(np.linspace(1.5 * first - 0.5 * second, 1.5 * second - 0.5 * first, 5))
     if not extra or len(edges) < 2:
         return edges
     inside = np.concatenate(extra)
@@ -221,8 +199,12 @@ def _refined(edges: Array, dynamics: Dynamics) -> Array:
     return np.unique(np.concatenate([edges, inside]))
 
 
-def _turn_rate(dynamics: Dynamics, states: Array, times: Array) -> Array:
-    """sqrt(|a| / |r|): the rate of a circular orbit here, rad/s."""
+def _turn_rate(dynamics: Dynamics, orbit: ContinuousOrbit, times: Array) -> Array:
+    """Rate of a circular orbit with this attraction, or with this gradient of it, rad/s."""
+    states = orbit.states(times)
     a = np.linalg.norm(dynamics.acceleration(states, times), axis=1)
     rate: Array = np.sqrt(a / np.linalg.norm(states[:, :3], axis=1))
-    return rate
+    gradient = dynamics.state_partials(states, times)[:, :, :3]
+    # That of a point mass is diag(-2, 1, 1) GM / r^3.
+    steep = np.sqrt(np.linalg.norm(gradient, axis=(1, 2)) / np.sqrt(6.0))
+    return np.where(steep > _STEEP * rate, steep, rate)

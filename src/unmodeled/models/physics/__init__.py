@@ -3,7 +3,7 @@
 from unmodeled.models.physics.albedo import Albedo
 from unmodeled.models.physics.continuous_thrust import ContinuousThrust
 from unmodeled.models.physics.drag import ExponentialDrag
-from unmodeled.models.physics.dynamics import Dynamics, VariationalOrbit
+from unmodeled.models.physics.dynamics import Dynamics
 from unmodeled.models.physics.effect import Effect, Symbols, Vector
 from unmodeled.models.physics.egm2008 import egm2008_values
 from unmodeled.models.physics.inertial_acceleration import ConstantInertial
@@ -23,6 +23,7 @@ from unmodeled.models.physics.sun_line_push import SunLinePush
 from unmodeled.models.physics.tesseral import Tesseral
 from unmodeled.models.physics.thermosphere_drag import ThermosphereDrag
 from unmodeled.models.physics.third_body import ThirdBody
+from unmodeled.models.physics.variational_orbit import VariationalOrbit
 from unmodeled.models.physics.yarkovsky import NonGravitationalA123
 from unmodeled.models.physics.zonal import Zonal
 

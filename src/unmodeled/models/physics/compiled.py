@@ -7,6 +7,7 @@ hold state while they work: one process, one thread.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -16,6 +17,7 @@ from unmodeled.core.errors import InputError
 from unmodeled.models.physics.system import STATE_NAMES, System
 
 __all__ = [
+    "STOPS",
     "acceleration_function",
     "batch_integrator",
     "integrator",
@@ -28,6 +30,13 @@ __all__ = [
 # Compact mode compiles in tenths of a second; unrolled code of a small system runs 1.5 times
 # faster and takes seconds to compile, which only many orbits pay back.
 _COMPACT = {"compact_mode": True}
+
+# Partial derivatives are asked at thousands of points at most: code that is not optimised is
+# compiled in a quarter of the time and loses a few milliseconds a call.
+_QUICK = {"compact_mode": True, "opt_level": 0}
+
+#: When the integrators stopped at an edge of a force since the list was last emptied, s.
+STOPS: list[float] = []
 
 # Whether an orbit hits the body is asked of thousands of orbits; at this tolerance it costs half
 # of full accuracy. Orbits that are used afterwards are propagated again at full accuracy.
@@ -43,16 +52,13 @@ def acceleration_function(system: System) -> Any:
 @lru_cache(maxsize=64)
 def state_partials_function(system: System) -> Any:
     """Compile d acceleration / d state: six state variables to 3 x 6 values, row by row."""
-    outputs = [hy.diff(a, v) for a in system.acceleration for v in system.state_symbols]
-    return hy.cfunc(outputs, list(system.state_symbols), **_COMPACT)
+    return _partials(system, system.state_symbols)
 
 
 @lru_cache(maxsize=64)
 def parameter_partials_function(system: System, parameters: tuple[str, ...]) -> Any:
     """Compile d acceleration / d parameter: six state variables to 3 x p values, row by row."""
-    symbols = [system.parameter_symbols[name] for name in parameters]
-    outputs = [hy.diff(a, s) for a in system.acceleration for s in symbols]
-    return hy.cfunc(outputs, list(system.state_symbols), **_COMPACT)
+    return _partials(system, [system.parameter_symbols[name] for name in parameters])
 
 
 @lru_cache(maxsize=64)
@@ -110,10 +116,16 @@ def variational_integrator(system: System, parameters: tuple[str, ...]) -> Any:
     )
 
 
+def _partials(system: System, symbols: Sequence[Any]) -> Any:
+    tensors = hy.diff_tensors(list(system.acceleration), list(symbols), diff_order=1)
+    return hy.cfunc(tensors.jacobian.ravel().tolist(), list(system.state_symbols), **_QUICK)
+
+
 def _stops(system: System) -> list[Any]:
     """Events at which a step ends and the next begins."""
     return [hy.t_event(edge, callback=_go_on) for edge in system.edges]
 
 
-def _go_on(_integrator: Any, _direction: int) -> bool:
+def _go_on(integrator: Any, _direction: int) -> bool:
+    STOPS.append(float(integrator.time))
     return True

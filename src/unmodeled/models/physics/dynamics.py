@@ -3,44 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
+from heyoka import taylor_outcome
 
 from unmodeled.core.arrays import Array, as_array, check_increasing
 from unmodeled.core.errors import ConfigError, DataError, OrbitError, nearest
 from unmodeled.core.parameters import Parameter
 from unmodeled.models.physics import compiled
 from unmodeled.models.physics.collision import first_entry
+from unmodeled.models.physics.continuous_orbit import ContinuousOrbit
 from unmodeled.models.physics.effect import Effect
 from unmodeled.models.physics.orientation import Orientation
-from unmodeled.models.physics.system import System
+from unmodeled.models.physics.system import ORIENTATION, System
 from unmodeled.models.physics.tracks import Tracks
+from unmodeled.models.physics.variational_orbit import VariationalOrbit
 
-__all__ = ["Dynamics", "VariationalOrbit"]
-
-
-@dataclass(frozen=True)
-class VariationalOrbit:
-    """An orbit with its first-order partial derivatives.
-
-    Parameters
-    ----------
-    states : ndarray (n, 6)
-        Position and velocity.
-    transition : ndarray (n, 6, 6)
-        d state(t) / d state(first time).
-    sensitivity : ndarray (n, 6, p)
-        d state(t) / d parameter, in the order of ``parameters``.
-    parameters : tuple of str
-        Names.
-    """
-
-    states: Array
-    transition: Array
-    sensitivity: Array
-    parameters: tuple[str, ...]
+__all__ = ["Dynamics"]
 
 
 class Dynamics:
@@ -192,16 +173,28 @@ class Dynamics:
 
     def state_partials(self, points: Any, times: Any = 0.0) -> Array:
         """Return d acceleration / d state, shape (n, 3, 6)."""
-        flat = self._evaluate(compiled.state_partials_function(self.system), points, times)
-        return flat.reshape(-1, 3, 6)
+        # Effect by effect: a model with one effect more compiles the derivatives of that one only.
+        total = 0.0
+        for part in self._parts:
+            function = compiled.state_partials_function(part.system)
+            total = total + part._evaluate(function, self._moving(points), times)
+        return np.asarray(total).reshape(-1, 3, 6)
 
     def parameter_partials(self, points: Any, names: Sequence[str], times: Any = 0.0) -> Array:
         """Return d acceleration / d parameter, shape (n, 3, p), in the order of ``names``."""
         self._check_names(names)
-        if not len(names):
-            return np.empty((len(points), 3, 0))
-        function = compiled.parameter_partials_function(self.system, tuple(names))
-        return self._evaluate(function, points, times).reshape(-1, 3, len(names))
+        states = self._moving(points)
+        out = np.zeros((len(states), 3, len(names)))
+        for part in self._parts:
+            known = {p.name for effect in part.effects for p in effect.parameters}
+            if part.effects[0].axes == "body":
+                known |= {p.name for p in ORIENTATION} & set(part.values)
+            own = tuple(n for n in names if n in known)
+            if own:
+                function = compiled.parameter_partials_function(part.system, own)
+                at = [names.index(n) for n in own]
+                out[:, :, at] += part._evaluate(function, states, times).reshape(-1, 3, len(own))
+        return out
 
     def potential(self, points: Any, times: Any = 0.0) -> Array:
         """Return the force function U (acceleration = +grad U), shape (n,)."""
@@ -231,6 +224,38 @@ class Dynamics:
         """
         ta = compiled.integrator(self.system)
         return self._run(ta, as_array(state, (6,), "state"), self._grid(times))
+
+    def fly(self, state: Any, epoch: float, start: float, end: float) -> ContinuousOrbit:
+        """Propagate one orbit once, to be asked for its states at any time of an interval.
+
+        Parameters
+        ----------
+        state : array_like (6,)
+            Position and velocity, inertial, at ``epoch``.
+        epoch : float
+            Time since the epoch of the model, s; in the interval.
+        start, end : float
+            Interval, s.
+
+        Raises
+        ------
+        OrbitError
+            If the orbit cannot be continued.
+        """
+        if not start <= epoch <= end:
+            raise ConfigError(
+                f"an orbit from {start:.6g} s to {end:.6g} s with its state at {epoch:.6g} s",
+                allowed="start <= epoch <= end",
+            )
+        state = as_array(state, (6,), "state")
+        self._grid([start, end] if end > start else [start])
+        ta = compiled.integrator(self.system)
+        compiled.STOPS.clear()
+        before, after = (
+            self._follow(ta, state, epoch, to) if to != epoch else None for to in (start, end)
+        )
+        stops = tuple(sorted(compiled.STOPS))
+        return ContinuousOrbit(epoch, state, start, end, before, after, stops)
 
     def propagate_variational(
         self, state: Any, times: Any, parameters: Sequence[str] = ()
@@ -297,12 +322,21 @@ class Dynamics:
         if len(set(names)) < len(names):
             raise ConfigError(f"parameters {', '.join(names)}", allowed="each name once")
 
-    def _evaluate(self, function: Any, points: Any, times: Any) -> Array:
+    @cached_property
+    def _parts(self) -> tuple[Dynamics, ...]:
+        """Models of one effect each, in the same surroundings; their accelerations add up."""
+        return tuple(self.with_effects([effect], {}) for effect in self.effects)
+
+    def _moving(self, points: Any) -> Array:
+        """States (n, 6); positions are at rest where no effect looks at the velocity."""
         points = np.asarray(points, dtype=np.float64)
         if self.system.position_only and points.shape[-1:] != (6,):
             points = as_array(points, ("n", 3), "positions")
             points = np.hstack([points, np.zeros_like(points)])
-        states = as_array(points, ("n", 6), "states")
+        return as_array(points, ("n", 6), "states")
+
+    def _evaluate(self, function: Any, points: Any, times: Any) -> Array:
+        states = self._moving(points)
         n = len(states)
         if np.ndim(times):
             times = as_array(times, (n,), "times")
@@ -327,15 +361,30 @@ class Dynamics:
         return grid
 
     def _run(self, ta: Any, state: Array, grid: Array) -> Array:
-        ta.time = grid[0]
+        compiled.STOPS.clear()
+        self._set(ta, state, float(grid[0]))
+        outcome, *_, states = ta.propagate_grid(grid)
+        if len(states) < len(grid) or not np.all(np.isfinite(states)):
+            raise _breakdown(ta, outcome)
+        return np.array(states)
+
+    def _follow(self, ta: Any, state: Array, epoch: float, to: float) -> Any:
+        self._set(ta, state, epoch)
+        outcome, *_, orbit, _ = ta.propagate_until(to, c_output=True)
+        if outcome != taylor_outcome.time_limit or not np.all(np.isfinite(ta.state)):
+            raise _breakdown(ta, outcome)
+        return orbit
+
+    def _set(self, ta: Any, state: Array, time: float) -> None:
+        ta.time = time
         ta.state[:] = state
         ta.pars[:] = self._pars[: len(ta.pars)]
         if ta.with_events:
             ta.reset_cooldowns()
-        outcome, *_, states = ta.propagate_grid(grid)
-        if len(states) < len(grid) or not np.all(np.isfinite(states)):
-            raise OrbitError(
-                f"the orbit breaks down at t = {float(ta.time):.6g} ({outcome})",
-                do="check that it does not pass through the centre of the field",
-            )
-        return np.array(states)
+
+
+def _breakdown(ta: Any, outcome: Any) -> OrbitError:
+    return OrbitError(
+        f"the orbit breaks down at t = {float(ta.time):.6g} ({outcome})",
+        do="check that it does not pass through the centre of the field",
+    )

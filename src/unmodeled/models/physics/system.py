@@ -13,7 +13,7 @@ from unmodeled.core.errors import ConfigError
 from unmodeled.core.parameters import Parameter
 from unmodeled.models.physics.effect import Effect, Symbols, Vector
 
-__all__ = ["STATE_NAMES", "System"]
+__all__ = ["ORIENTATION", "STATE_NAMES", "System"]
 
 STATE_NAMES = ("x", "y", "z", "vx", "vy", "vz")
 
@@ -24,6 +24,8 @@ PRIME_MERIDIAN = Parameter(
 )
 POLE_X = Parameter("pole_x", unit="rad", scale=1e-6, description="turn of the equator about its x")
 POLE_Y = Parameter("pole_y", unit="rad", scale=1e-6, description="turn of the equator about its y")
+#: All of them: what acts through every effect in body axes.
+ORIENTATION = (SPIN_RATE, PRIME_MERIDIAN, POLE_X, POLE_Y)
 
 Rows: TypeAlias = tuple[Vector, Vector, Vector]
 

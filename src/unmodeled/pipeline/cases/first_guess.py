@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import DataError, NumericalError, OrbitError
 from unmodeled.datasets.elements import kepler_period
 from unmodeled.datasets.measurements import Measurements
-from unmodeled.models.physics import Dynamics
+from unmodeled.models.physics import Dynamics, SphericalHarmonics
 from unmodeled.pipeline.cases.cut_arcs import Piece
 from unmodeled.pipeline.cases.known_effects import Known
 from unmodeled.pipeline.orbit_fit import Arc, fit_orbits
@@ -23,6 +25,8 @@ _QUARTER, _POINTS = 0.25, 6
 _WINDOWS = (1.0, 4.0)
 #: Share of the radius within which all positions must be for a fit to start.
 _NEAR = 0.01
+#: Degree to which a field is flown on the way: 1e-5 of the attraction is left out about the Earth.
+_ROUGH = 4
 
 
 def first_guess(dynamics: Dynamics, piece: Piece, known: Known) -> Array:
@@ -82,6 +86,7 @@ def _grown(dynamics: Dynamics, m: Measurements, name: str, known: Known) -> Arra
     gm = dynamics.values.get("GM", 0.0)
     radius = float(np.median(np.linalg.norm(m.values, axis=1)))
     period = float(kepler_period(radius, gm)) if gm > 0 else float(since[-1])
+    light = _light(dynamics)
     state = _from_polynomial(m, max(_QUARTER * period, float(since[_POINTS - 1])))
     instruments = tuple(e for e in known.instruments if e.concerns(m))
     names = {p.name for e in instruments for p in e.parameters}
@@ -89,7 +94,7 @@ def _grown(dynamics: Dynamics, m: Measurements, name: str, known: Known) -> Arra
     whole = float(since[-1]) / period
     for revolutions in (*(w for w in _WINDOWS if 2 * w < whole), whole):
         last = revolutions == whole
-        if last and _is_near(dynamics, state, m, radius):
+        if last and _is_near(light, state, m, radius):
             break
         inside = since <= (
             since[-1] if last else max(revolutions * period, float(since[_POINTS - 1]))
@@ -98,7 +103,7 @@ def _grown(dynamics: Dynamics, m: Measurements, name: str, known: Known) -> Arra
         try:
             # Each window only has to lead to the next: a fall of one a measurement is no matter.
             fit = fit_orbits(
-                dynamics,
+                dynamics if last else light,
                 [arc],
                 instruments=instruments,
                 instrument_values=values,
@@ -112,6 +117,19 @@ def _grown(dynamics: Dynamics, m: Measurements, name: str, known: Known) -> Arra
             ) from exc
         state = fit.states[0]
     return state
+
+
+def _light(dynamics: Dynamics) -> Dynamics:
+    """Return the model with its field cut off: what is left out moves no orbit out of reach."""
+    effects = [
+        replace(e, degree=_ROUGH, order=min(_ROUGH, _ROUGH if e.order is None else e.order))
+        if isinstance(e, SphericalHarmonics) and e.min_degree <= _ROUGH < e.degree
+        else e
+        for e in dynamics.effects
+    ]
+    if all(e in dynamics.effects for e in effects):
+        return dynamics
+    return dynamics.with_effects(effects, {})
 
 
 def _is_near(dynamics: Dynamics, state: Array, m: Measurements, radius: float) -> bool:
