@@ -132,11 +132,22 @@ def run(task: Task) -> dict[str, object]:
 
 def draw(task: Task, simulate):
     """Return a simulated case whose hidden effects are seen by the data and plausible in size."""
-    from unmodeled.core.errors import UnmodeledError
     from unmodeled.pipeline.cases.simulate_case import HiddenEffect
 
     if not task.strengths:
         return simulate(task.scenario, task.seed, noise_factor=task.noise_factor)
+    # Three effects that stand out beside each other may not exist on an orbit: then on another.
+    for attempt in range(4):
+        made = drawn(replace(task, seed=task.seed + 100_000 * attempt), simulate, HiddenEffect)
+        if made is not None:
+            return made
+    raise RuntimeError(f"no plausible effect for {task.key}")
+
+
+def drawn(task: Task, simulate, hidden_effect):
+    """Return a simulated case of a seed; None if no draw of effects is seen and plausible."""
+    from unmodeled.core.errors import UnmodeledError
+
     case = simulate(task.scenario, task.seed).case
     rng = np.random.default_rng(task.seed)
     if task.kind == "outside":
@@ -148,21 +159,21 @@ def draw(task: Task, simulate):
     else:
         names = [c.name for c in case.candidates if c.family != "instrument"]
     by_name = {c.name: c for c in case.candidates}
-    for _ in range(60):
+    for _ in range(20):
         chosen = [str(n) for n in rng.permutation(names)[: len(task.strengths)]]
         try:
-            made = simulate_at(task, chosen, np.array(task.strengths), simulate, HiddenEffect)
+            made = simulate_at(task, chosen, np.array(task.strengths), simulate, hidden_effect)
             ratio = np.array(task.strengths) / beside(task, made)
             if np.any(ratio > (HIDDEN_WELL if task.kind == "outside" else INSEPARABLE)):
                 continue
             if np.any(np.abs(ratio - 1.0) > 0.01):
                 strengths = np.array(task.strengths) * ratio
-                made = simulate_at(task, chosen, strengths, simulate, HiddenEffect)
+                made = simulate_at(task, chosen, strengths, simulate, hidden_effect)
         except UnmodeledError:
             continue
         if all(plausible(by_name[n], v) for n, v in made.truth.items() if n in by_name):
             return made
-    raise RuntimeError(f"no plausible effect for {task.key}")
+    return None
 
 
 def simulate_at(task: Task, names, strengths, simulate, hidden_effect):
