@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from unmodeled.pipeline.cases.simulate_case import HiddenEffect, simulate
-from unmodeled.pipeline.comparison.force_kind import _left_out, explain
+from unmodeled.pipeline.comparison.force_kind import explain
+from unmodeled.pipeline.comparison.left_out import left_out_errors
 from unmodeled.pipeline.linearisation import Linearisation
 
 
@@ -26,7 +27,8 @@ def test_left_out_errors_are_those_of_refits():
     left = columns - known @ (known.T @ columns)
     root = np.linalg.cholesky(np.linalg.inv(left.T @ left + np.eye(3)))
     residual = r - known @ (known.T @ r)
-    assert _left_out(known, left @ root, residual, parts) == pytest.approx(error)
+    errors = left_out_errors(known, left @ root, residual, parts)
+    assert errors.sum() == pytest.approx(error)
 
 
 def test_a_manoeuvre_is_impulsive():

@@ -23,7 +23,7 @@ _LENGTHS, _SIGNALS = (1e-2, 1e3), (1e-12, 1e8)
 
 
 def likelihood_and_gradient(
-    log_theta: Array, square: Array, target: Array
+    log_theta: Array, square: Array, target: Array, own: Array | float = 0.0
 ) -> tuple[float, Array, float]:
     """Return the negative log marginal likelihood, its gradient and the best constant mean.
 
@@ -36,6 +36,8 @@ def likelihood_and_gradient(
     target : ndarray (n,)
         One component. The constant mean is at its optimum, so that it adds nothing to the
         gradient.
+    own : ndarray (n,)
+        Known noise variance of each sample, beside the estimated one.
 
     Raises
     ------
@@ -46,7 +48,7 @@ def likelihood_and_gradient(
     smooth = np.exp(square * (-0.5 / length**2))
     smooth *= signal
     kernel = smooth.copy()
-    kernel.flat[:: len(kernel) + 1] += noise
+    kernel.flat[:: len(kernel) + 1] += noise + own
     factor = cholesky(kernel, lower=True, overwrite_a=True, check_finite=False)
     logdet = 2 * float(np.log(np.diag(factor)).sum())
     inverse, info = dpotri(factor, lower=1, overwrite_c=1)
@@ -71,7 +73,13 @@ def likelihood_and_gradient(
 
 
 def maximise(
-    x: Array, t: Array, start: Array, noise_floor: float, iterations: int, progress: Progress
+    x: Array,
+    t: Array,
+    start: Array,
+    noise_floor: float,
+    iterations: int,
+    progress: Progress,
+    own: Array | None = None,
 ) -> Array:
     """Return the most likely hyperparameters (4, 3): lengthscale, signal, noise, mean.
 
@@ -87,6 +95,8 @@ def maximise(
         L-BFGS steps for each component at most.
     progress : callable
         Told the share done.
+    own : ndarray (n, 3), optional
+        Known noise variances of the samples, scaled.
 
     Raises
     ------
@@ -102,7 +112,8 @@ def maximise(
         def tell(share: float, i: int = i) -> None:
             progress((i + share) / 3)
 
-        columns.append(_maximise_one(square, t[:, i], first, (low, high), iterations, tell))
+        mine = 0.0 if own is None else own[:, i]
+        columns.append(_maximise_one(square, t[:, i], mine, first, (low, high), iterations, tell))
     progress(1.0)
     return np.stack(columns, axis=1)
 
@@ -110,6 +121,7 @@ def maximise(
 def _maximise_one(
     square: Array,
     target: Array,
+    own: Array | float,
     first: Array,
     limits: tuple[Array, Array],
     iterations: int,
@@ -122,7 +134,7 @@ def _maximise_one(
     def objective(log_theta: Array) -> tuple[float, Array]:
         nonlocal best
         try:
-            value, gradient, mean = likelihood_and_gradient(log_theta, square, target)
+            value, gradient, mean = likelihood_and_gradient(log_theta, square, target, own)
         except LinAlgError:
             # A step into a singular kernel: worse than all before, so that the search turns.
             return best[0] + 1e6, np.zeros(3)

@@ -61,8 +61,9 @@ class ExactGP(Learner):
 
     Notes
     -----
-    Known acceleration noise is the start of the noise, not its value.  Position noise is not
-    used: with it, the fitted noise takes up what it can.  [Rasmussen2006] Algorithm 2.1.
+    Known acceleration noise is the start of the noise, not its value; that of single samples
+    (``lbfgs`` only) is added to it as it is.  Position noise is not used: with it, the fitted
+    noise takes up what it can.  [Rasmussen2006] Algorithm 2.1.
     """
 
     name: ClassVar[str] = "exact_gp"
@@ -94,20 +95,29 @@ class ExactGP(Learner):
             raise ConfigError(
                 f'{self.name}: optimizer is "{self.optimizer}"', allowed="adam, lbfgs"
             )
+        if noise.samples is not None and self.optimizer != "lbfgs":
+            raise ConfigError(
+                f"{self.name}: noise of single samples with optimizer {self.optimizer}",
+                allowed="lbfgs",
+            )
         scaling = Standardiser.of(X, y)
         x, t = scaling.positions(X), scaling.targets(y)
+        own = np.zeros_like(t) if noise.samples is None else (noise.samples / scaling.y_scale) ** 2
         known = (noise.acceleration / scaling.y_scale) ** 2
         start = best_start(x, t, self.noise_floor, known)
         if self.optimizer == "lbfgs":
-            theta = maximise(x, t, start, self.noise_floor, self.epochs, progress)
+            theta = maximise(x, t, start, self.noise_floor, self.epochs, progress, own)
         else:
             theta = train(x, t, start, self.noise_floor, self.epochs, self.learning_rate, progress)
-        self._set_state(scaling, x, theta)
+        self._set_state(scaling, x, theta, own)
         self._condition(t)
 
-    def _set_state(self, scaling: Standardiser, x: Array, theta: Array) -> None:
-        """Take rows of ``theta`` (4, 3): lengthscale, signal variance, noise variance, mean."""
-        self._scaling, self._x, self._theta = scaling, x, theta
+    def _set_state(self, scaling: Standardiser, x: Array, theta: Array, own: Array) -> None:
+        """Take rows of ``theta`` (4, 3): lengthscale, signal variance, noise variance, mean.
+
+        ``own`` (n, 3): known noise variances of the samples beside the estimated ones.
+        """
+        self._scaling, self._x, self._theta, self._own = scaling, x, theta, own
         self.lengthscale_ = theta[0] * scaling.x_scale
         self.amplitude_ = np.sqrt(theta[1]) * scaling.y_scale
         self.noise_std_ = np.sqrt(theta[2]) * scaling.y_scale
@@ -134,9 +144,9 @@ class ExactGP(Learner):
         """Compute the lower Cholesky factors (3, n, n), with jitter where it must be."""
         square = squared_distances(self._x, self._x)
         factors, jitters, conditions = [], [], []
-        for length, signal, noise in self._theta[:3].T:
+        for (length, signal, noise), own in zip(self._theta[:3].T, self._own.T, strict=True):
             kernel = signal * np.exp(-0.5 / length**2 * square)
-            kernel[np.diag_indices_from(kernel)] += noise
+            kernel[np.diag_indices_from(kernel)] += noise + own
             factor, jitter = _cholesky(kernel)
             factors.append(factor)
             jitters.append(jitter)
@@ -205,10 +215,14 @@ class ExactGP(Learner):
             "theta": self._theta,
             "weights": self._weights,
             "nll": self.nll_,
+            "sample_variance": self._own,
         }
 
     def _restore(self, arrays: dict[str, Array]) -> None:
-        self._set_state(Standardiser.restore(arrays), arrays["x"], arrays["theta"])
+        x = arrays["x"]
+        # Files of before the noise of single samples have none.
+        own = arrays.get("sample_variance", np.zeros_like(x))
+        self._set_state(Standardiser.restore(arrays), x, arrays["theta"], own)
         self._weights, self.nll_ = arrays["weights"], arrays["nll"]
         self._factorise()
 

@@ -11,7 +11,7 @@ import inspect
 import json
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar, Self, TypeAlias
 
@@ -47,15 +47,26 @@ class NoiseLevel:
     ----------
     position, acceleration : float
         In the units of the samples.
+    samples : ndarray (n, 3), optional
+        Of each component of each acceleration, beside ``acceleration``, in the same units. Of the
+        learners `ExactGP` (lbfgs) and `RBFNetwork` weigh their samples; the others take them all
+        alike.
     """
 
     position: float = 0.0
     acceleration: float = 0.0
+    samples: Array | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         for name, value in (("position", self.position), ("acceleration", self.acceleration)):
             if not (np.isfinite(value) and value >= 0):
                 raise ConfigError(f"noise level of {name} is {value}", allowed="a number >= 0")
+        if self.samples is not None:
+            checked = as_array(self.samples, ("n", 3), "noise level of the samples")
+            if np.any(checked < 0):
+                raise ConfigError(
+                    f"noise level of a sample is {checked.min()}", allowed="numbers >= 0"
+                )
 
 
 class Learner(ABC):
@@ -140,7 +151,13 @@ class Learner(ABC):
                 allowed=f"at least {self.min_samples}",
                 do="use a longer trajectory or more samples a period",
             )
-        self._fit(X, y, noise or NoiseLevel(), progress or (lambda share: None))
+        noise = noise or NoiseLevel()
+        if noise.samples is not None and len(noise.samples) != len(X):
+            raise DataError(
+                f"X has {len(X)} samples and their noise has {len(noise.samples)}",
+                allowed="a noise level for each sample",
+            )
+        self._fit(X, y, noise, progress or (lambda share: None))
         self.n_samples_ = len(X)
         return self
 

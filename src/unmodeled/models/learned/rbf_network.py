@@ -51,7 +51,8 @@ class RBFNetwork(Learner):
     orbit about a Bennu-like body (medians of six orbits; fractional error between the samples,
     largest weight in units of acceleration, where the field is below 40): width factor 1.5 gives
     6e-3 and 9e1; 3 gives 8e-4 and 6e3; 5 with an ``rcond`` of 1e-10 gives 1.4e-4 and 5e6. The
-    defaults are the middle; 30 and 100 centres there give 2e-3 and 3e-4.
+    defaults are the middle; 30 and 100 centres there give 2e-3 and 3e-4. Known noise of single
+    samples weighs them.
     """
 
     name: ClassVar[str] = "rbf_network"
@@ -74,7 +75,10 @@ class RBFNetwork(Learner):
         centres = x[_farthest_points(x, self.centres)]
         width = self.width_factor * _mean_spacing(centres)
         self._set_state(scaling, centres, width)
-        weights, _, self.rank_, _ = lstsq(self._shares(x), scaling.targets(y), cond=self.rcond)
+        shares, targets = self._shares(x), scaling.targets(y)
+        if noise.samples is not None:
+            shares, targets = _weighed(shares, targets, noise.samples)
+        weights, _, self.rank_, _ = lstsq(shares, targets, cond=self.rcond)
         self._weights = np.ascontiguousarray(weights.T)
         progress(1.0)
 
@@ -131,6 +135,15 @@ class RBFNetwork(Learner):
         width, rank = arrays["width_rank"]
         self._set_state(Standardiser.restore(arrays), arrays["centres"], float(width))
         self._weights, self.rank_ = arrays["weights"], int(rank)
+
+
+def _weighed(shares: Array, targets: Array, noise: Array) -> tuple[Array, Array]:
+    """Divide rows by the noise of their sample, all three components together."""
+    size = np.sqrt(np.mean(noise**2, axis=1))
+    # A sample without noise counts as the best of the others, not infinitely.
+    least = size[size > 0].min(initial=1.0)
+    weight = (least / np.maximum(size, least))[:, None]
+    return shares * weight, targets * weight
 
 
 def _farthest_points(x: Array, count: int) -> list[int]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,14 +10,12 @@ import pandas as pd
 from unmodeled.core.arrays import Array
 from unmodeled.pipeline.comparison.force_families import KINDS, Family, families
 from unmodeled.pipeline.comparison.known_basis import known_basis
+from unmodeled.pipeline.comparison.left_out import left_out_errors, stretches
 from unmodeled.pipeline.comparison.marginal import Ridge, compress, ridge
-from unmodeled.pipeline.comparison.residual_table import Index
 from unmodeled.pipeline.linearisation import Linearisation
 
 __all__ = ["Explanation", "explain"]
 
-#: Parts of each arc that are held out in turn: at least two, about this many of all arcs.
-_PARTS = 8
 #: Nothing is the answer until its probability is below this; a kind, from this on.
 _NOTHING, _SURE = 0.1, 0.8
 #: ln of a Bayes factor that counts: curl or no curl, as good as the best or not.
@@ -74,8 +71,9 @@ def explain(lin: Linearisation) -> Explanation:
     """
     residual = lin.project(lin.residuals)
     known = known_basis(lin)
-    parts = list(_parts(lin))
-    nothing = _left_out(known, np.zeros((len(residual), 0)), residual, parts)
+    parts = list(stretches(lin))
+    none = np.zeros((len(residual), 0))
+    nothing = float(left_out_errors(known, none, residual, parts).sum())
     rows: dict[str, dict[str, object]] = {}
     evidence: dict[str, list[float]] = {}
     best_of: dict[str, tuple[float, Family, Ridge, Array]] = {}
@@ -88,7 +86,8 @@ def explain(lin: Linearisation) -> Explanation:
         if now is None or found.log_bayes > now[0]:
             best_of[group] = (found.log_bayes, family, found, columns)
     for group, (_, family, found, columns) in best_of.items():
-        error = _left_out(known, columns @ _root(found), residual, parts)
+        root = columns @ found.posterior_root()
+        error = float(left_out_errors(known, root, residual, parts).sum())
         logs = evidence[f"{family.kind}/{group}"]
         rows[group] = {
             "name": family.name,
@@ -142,43 +141,3 @@ def _curl_free(table: pd.DataFrame) -> bool | None:
     if not asked or abs(gradient - field) < _CURL:
         return None
     return bool(gradient > field)
-
-
-def _parts(lin: Linearisation) -> Iterator[Index]:
-    """Rows that are held out together: stretches of time of one arc."""
-    rows = lin.rows()
-    times, arcs = rows["t_s"].to_numpy(), rows["arc"].to_numpy()
-    each = max(int(np.ceil(_PARTS / len(lin.arcs))), 2)
-    for arc in dict.fromkeys(arcs):
-        at = np.flatnonzero(arcs == arc)
-        order = at[np.argsort(times[at], kind="stable")]
-        yield from (np.sort(p) for p in np.array_split(order, each) if len(p))
-
-
-def _root(found: Ridge) -> Array:
-    """Coefficients (p, q) whose columns are orthogonal in the data, scaled by the posterior."""
-    if not found.size:
-        return np.zeros((found.right.shape[1], 0))
-    root: Array = found.right.T * found.size * np.sqrt(found.shrinkage())
-    return root
-
-
-def _left_out(known: Array, columns: Array, residual: Array, parts: list[Index]) -> float:
-    """Sum of squares of the errors of parts predicted from the rest.
-
-    With P = I - U U' the matrix that leaves residuals (U: known columns and the family's, scaled
-    by their posterior), the error of a left-out part b is (P_bb)^-1 (P r)_b.
-    """
-    U = np.concatenate([known, columns], axis=1)
-    left = residual - U @ (U.T @ residual)
-    total = 0.0
-    for part in parts:
-        own = U[part]
-        core = np.eye(U.shape[1]) - own.T @ own
-        size, axes = np.linalg.eigh(core)
-        # A direction that only this part determines is not predicted at all: left as it is.
-        kept = size > 1e-9
-        lift = own @ axes[:, kept]
-        error = left[part] + lift @ ((lift.T @ left[part]) / size[kept])
-        total += float(error @ error)
-    return total

@@ -10,6 +10,7 @@ import scipy.linalg
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.frames import rtn_from_inertial
+from unmodeled.pipeline.comparison.force_nodes import force_grids, nodal_responses
 from unmodeled.pipeline.comparison.marginal import Ridge, compress, ridge
 from unmodeled.pipeline.comparison.orbit_geometry import orbit_geometry
 from unmodeled.pipeline.linearisation import Linearisation
@@ -18,8 +19,8 @@ __all__ = ["FreeForce", "free_force"]
 
 #: Nodes wished for in a revolution; in an arc at least, if all arcs together allow it; at most.
 _REVOLUTION, _ENOUGH, _MOST = 8, 40, 120
-#: Of all arcs together, and of an arc when there are very many.
-_ALL, _FEWEST = 240, 4
+#: Of all arcs together.
+_ALL = 240
 #: Correlation times tried, in revolutions.
 _TAUS = (0.1, 0.3, 1.0, 3.0, 10.0)
 
@@ -71,18 +72,17 @@ def free_force(lin: Linearisation, period: float) -> FreeForce:
     [TapleySchutzBorn2004] section 4.9, whose smoothed filter gives the same answer. s and tau are
     the most likely on a grid; sigmas are those of the posterior with the noise as estimated.
     """
-    grids = [_grid(a.partials.nodes, period, len(lin.arcs)) for a in lin.arcs]
+    grids = force_grids(lin, period, each=_REVOLUTION, enough=_ENOUGH, most=_MOST, total=_ALL)
     counts = [3 * len(g) for g in grids]
     ends = np.cumsum([0, *counts])
-    pushes = []
-    for a, grid, first in zip(lin.arcs, grids, ends[:-1], strict=True):
-        nodes = a.partials.nodes
-        push = np.zeros((len(nodes), 3, int(ends[-1])))
-        axes = np.swapaxes(rtn_from_inertial(a.partials.node_states), 1, 2)
-        own = np.einsum("kij,kh->kijh", axes, _hats(nodes, nodes[grid])).reshape(len(nodes), 3, -1)
-        push[:, :, first : first + own.shape[2]] = own
-        pushes.append(push)
-    data = compress(lin.project(lin.force_columns(pushes)), lin.project(lin.residuals))
+    axes = [np.swapaxes(rtn_from_inertial(a.partials.node_states), 1, 2) for a in lin.arcs]
+    columns = nodal_responses(lin, grids, axes)
+    # Axis after axis within an arc: the prior is a block for each.
+    blocks = np.split(columns, np.cumsum([len(g) for g in grids])[:-1], axis=1)
+    columns = np.concatenate(
+        [np.swapaxes(b, 1, 2).reshape(len(columns), -1) for b in blocks], axis=1
+    )
+    data = compress(lin.project(columns), lin.project(lin.residuals))
     found: list[tuple[float, float, Ridge, Array]] = []
     for turns in _TAUS:
         root = scipy.linalg.block_diag(
@@ -114,21 +114,6 @@ def free_force(lin: Linearisation, period: float) -> FreeForce:
         float(np.logaddexp.reduce(logs) - np.log(len(logs))),
         float(1.0 - np.mean(variance)) if best.size else 0.0,
     )
-
-
-def _grid(nodes: Array, period: float, arcs: int) -> Array:
-    """Choose the nodes that carry a value, nearly even in time."""
-    wished = np.ceil(_REVOLUTION * (nodes[-1] - nodes[0]) / period)
-    most = min(max(_ALL // arcs, _FEWEST), _MOST)
-    count = int(np.clip(wished, min(_ENOUGH, most), most))
-    wanted = np.linspace(nodes[0], nodes[-1], count)
-    index = np.clip(np.searchsorted(nodes, wanted), 0, len(nodes) - 1)
-    return np.unique(index)
-
-
-def _hats(times: Array, centres: Array) -> Array:
-    """Piecewise-linear interpolation from values at the centres, (k, h)."""
-    return np.stack([np.interp(times, centres, row) for row in np.eye(len(centres))], axis=1)
 
 
 def _root(times: Array, tau: float) -> Array:

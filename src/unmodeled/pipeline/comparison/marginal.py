@@ -78,6 +78,13 @@ class Ridge:
         left: Array = 1.0 / (1.0 + (self.size * self.values) ** 2)
         return left
 
+    def posterior_root(self) -> Array:
+        """Coefficients (p, q) whose columns are orthogonal in the data, scaled by the posterior."""
+        if not self.size:
+            return np.zeros((self.right.shape[1], 0))
+        root: Array = self.right.T * self.size * np.sqrt(self.shrinkage())
+        return root
+
 
 def compress(columns: Array, residual: Array) -> Compressed:
     """Turn columns (n, p) and residuals (n,), known columns projected out of both."""
