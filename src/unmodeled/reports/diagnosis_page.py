@@ -18,6 +18,7 @@ from unmodeled.reports.figures.candidate_scores import candidate_scores
 from unmodeled.reports.figures.residuals_in_time import residuals_in_time
 from unmodeled.reports.figures.waterfall import Bar, waterfall
 from unmodeled.reports.numbers import number
+from unmodeled.reports.remainder_section import remainder_section
 from unmodeled.reports.sections import Drawn, Section
 from unmodeled.reports.tables import Table
 
@@ -139,6 +140,7 @@ def diagnosis_sections(d: Diagnosis) -> list[Section]:
             tables=(tables.step_table(d),),
         ),
         Section("residuals", "Residuals", figures=(_residuals(d.case, d.fit, d.final_fit),)),
+        remainder_section(d.remainder),
         Section(
             "findings",
             "Findings",

@@ -81,6 +81,12 @@ class Dependence:
         return self.options[0]
 
     @property
+    def rivals(self) -> tuple[str, ...]:
+        """Other inputs, in words, that explain the residuals as well (20 to 1)."""
+        near = (o for o in self.options[1:] if o.log_bayes > self.best.log_bayes - _TIE)
+        return tuple(dict.fromkeys(o.inputs.title for o in near))
+
+    @property
     def curl_free(self) -> bool | None:
         """Whether a field needs no curl; None: it is no field, or it cannot be told."""
         ratio = self.best.curl_log_bayes

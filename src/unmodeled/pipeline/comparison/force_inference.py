@@ -109,7 +109,8 @@ class ForceData:
     def turned(self, turn: Array) -> Array:
         """Return what the data see of components in own axes, (r, 3 h); turn: own_from_inertial."""
         own = np.einsum("rhi,hji->rhj", self._triangle, turn)
-        return own.reshape(len(own), -1)
+        flat: Array = own.reshape(len(own), -1)
+        return flat
 
     def weigh(self, own: Array, root: Array) -> Smooth:
         """Return evidence and posterior of a prior over values at the nodes.
@@ -121,7 +122,9 @@ class ForceData:
         root : ndarray (h, q) or (3 h, q)
             Of one component, the same for all three; or of all.
         """
-        whole = np.kron(root, np.eye(3)) if 3 * len(root) == own.shape[1] else root
+        whole = root
+        if 3 * len(root) == own.shape[1]:
+            whole = np.asarray(np.kron(root, np.eye(3)), dtype=np.float64)
         data = Compressed(own @ whole, self._seen, self._square)
         return Smooth(whole, ridge(data, self.lin.freedom))
 

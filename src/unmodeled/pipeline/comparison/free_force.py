@@ -14,6 +14,7 @@ from unmodeled.pipeline.comparison.force_nodes import force_grids, nodal_respons
 from unmodeled.pipeline.comparison.marginal import Ridge, compress, ridge
 from unmodeled.pipeline.comparison.orbit_geometry import orbit_geometry
 from unmodeled.pipeline.linearisation import Linearisation
+from unmodeled.pipeline.partials import Indices
 
 __all__ = ["FreeForce", "free_force"]
 
@@ -127,7 +128,7 @@ def _root(times: Array, tau: float) -> Array:
     return root
 
 
-def _table(lin: Linearisation, k: int, grid: Array, mean: Array, sigma: Array) -> pd.DataFrame:
+def _table(lin: Linearisation, k: int, grid: Indices, mean: Array, sigma: Array) -> pd.DataFrame:
     partials = lin.arcs[k].partials
     states, times = partials.node_states[grid], partials.nodes[grid]
     rtn, spread = mean.reshape(3, -1).T, sigma.reshape(3, -1).T

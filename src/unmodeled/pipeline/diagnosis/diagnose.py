@@ -19,6 +19,7 @@ from unmodeled.pipeline.diagnosis.further_data import further_data
 from unmodeled.pipeline.diagnosis.held_out import held_out_forecast, held_out_rms
 from unmodeled.pipeline.diagnosis.pool import Pool, SetScore
 from unmodeled.pipeline.diagnosis.remainder import Remainder, remainder_of
+from unmodeled.pipeline.diagnosis.remainder_model import learn_remainder
 from unmodeled.pipeline.diagnosis.result import (
     Alternative,
     Diagnosis,
@@ -165,9 +166,14 @@ def diagnose(case: Case, *, most: int = 5, progress: Progress | None = None) -> 
     findings = tuple(_among(f, sets) for f in findings)
     nulls = {n: c.values[n] for c in case.candidates for n in c.estimate} | first_fit.values
     forecast = held_out_forecast(state.case, state.fit, nulls, chosen.noise)
+    verdict = _verdict(findings, sets, remainder)
+    rest = None
+    if verdict == "outside the catalogue":
+        say("learning what no effect explains", 0.9)
+        rest = learn_remainder(Linearisation(state.case, state.fit))
     return Diagnosis(
         case=case,
-        verdict=_verdict(findings, sets, remainder),
+        verdict=verdict,
         findings=findings,
         alternatives=sets,
         dismissed=tuple(dismissed),
@@ -183,6 +189,7 @@ def diagnose(case: Case, *, most: int = 5, progress: Progress | None = None) -> 
         fit=first_fit,
         final_fit=state.fit,
         whiteness=white,
+        remainder=rest,
         seconds=time.perf_counter() - begin,
     )
 

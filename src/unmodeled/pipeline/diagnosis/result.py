@@ -8,6 +8,7 @@ from typing import Any, Literal
 import pandas as pd
 
 from unmodeled.pipeline.cases.case import Case
+from unmodeled.pipeline.diagnosis.remainder_model import RemainderModel
 from unmodeled.pipeline.orbit_fit import OrbitFit
 
 __all__ = [
@@ -205,6 +206,9 @@ class Diagnosis:
         Before and after.
     whiteness : DataFrame
         Tests of the final residuals.
+    remainder : RemainderModel or None
+        Kind and learned model of what no effect explains; only if the verdict is "outside the
+        catalogue".
     seconds : float
         Wall time, compilation included.
     """
@@ -227,6 +231,7 @@ class Diagnosis:
     final_fit: OrbitFit = field(repr=False)
     whiteness: pd.DataFrame = field(repr=False)
     seconds: float
+    remainder: RemainderModel | None = field(default=None, repr=False)
 
     @property
     def sentence(self) -> str:
@@ -238,8 +243,9 @@ class Diagnosis:
             left = " What remains is not white, but the stated noise covers it."
         if self.verdict == "nothing missing":
             return f"Nothing is missing at this noise.{left}"
+        rest = f" {self.remainder.sentence}" if self.remainder is not None else ""
         if not self.findings:
-            return "Something is missing that no effect of the catalogue explains."
+            return f"Something is missing that no effect of the catalogue explains.{rest}"
         parts = []
         for f in self.findings:
             if f.rivals:
@@ -253,7 +259,7 @@ class Diagnosis:
             more = len(self.alternatives) - _NAMED
             tail = f"; or one of {more} more" if more > 0 else ""
             text += f" As good, in place of all of this: {named}{tail}."
-        return text + left
+        return text + left + rest
 
     def as_json(self) -> dict[str, Any]:
         """Return the answer as plain data; the schema is in docs/diagnose.md."""
@@ -296,6 +302,7 @@ class Diagnosis:
                 else self.candidates
             ),
             "further_data": _records(self.further),
+            "remainder": self.remainder.as_json() if self.remainder is not None else None,
             "seconds": self.seconds,
         }
 

@@ -15,6 +15,7 @@ from unmodeled.pipeline.cases.case import Case
 from unmodeled.pipeline.cases.write_case import write_case
 from unmodeled.pipeline.diagnosis.add_effect import Addition
 from unmodeled.pipeline.diagnosis.next_case import moved, next_case
+from unmodeled.pipeline.diagnosis.remainder_model import MODEL_FILE
 from unmodeled.pipeline.diagnosis.result import Diagnosis
 from unmodeled.pipeline.diagnosis.schema import as_text
 
@@ -59,6 +60,10 @@ def save_diagnosis(
         right_index=True,
     )
     pd.DataFrame(residuals).to_parquet(folder / "residuals.parquet", index=False)
+    if (rest := diagnosis.remainder) is not None:
+        rest.accelerations().to_csv(folder / "remainder-acceleration.csv", index=False)
+        if rest.model is not None:
+            rest.model.save(folder / MODEL_FILE)
     if diagnosis.case.source:
         source = dict(diagnosis.case.source)
         write_case(moved(source, case_folder, home), folder / "case.yaml")

@@ -135,6 +135,33 @@ class FurtherJson(Part):
     probability: float | None = Field(description="chance to tell them apart then")
 
 
+class RemainderJson(Part):
+    """What no effect of the catalogue explains: its kind, and a model learned of it."""
+
+    kind: str = Field(description="in words")
+    sentence: str
+    depends_on: str = Field(description="its inputs in words")
+    inputs: list[str]
+    axes: Literal["inertial", "body", "sun", "rtn"] = Field(description="of its components")
+    alternatives: list[str] = Field(description="other inputs that these data cannot tell from it")
+    period_s: float | None = Field(description="s; null if it does not repeat by itself")
+    curl_free: bool | None = Field(description="null: no field, or it cannot be told")
+    most_like: str | None = Field(description="the known kind that describes it as well, if any")
+    learner: str | None
+    learned: bool = Field(description="skill is above zero by two standard errors")
+    carries: bool = Field(description="so is held_out_skill; false without held-out arcs")
+    skill: float | None = Field(description="share of left-out stretches it predicts; 0 is none")
+    skill_error: float | None = Field(description="its standard error")
+    possible_skill: float = Field(description="what noise allows")
+    residual_rms_before: float = Field(description="fitted arcs, without the learned force")
+    residual_rms_after: float = Field(description="with it, one linear step")
+    held_out_rms_before: float | None
+    held_out_rms_after: float | None
+    held_out_skill: float | None
+    held_out_skill_error: float | None
+    file: str | None = Field(description="of the run folder: the learner")
+
+
 class DiagnosisJson(Part):
     """What `unmodeled diagnose --json` prints. RMS are in stated sigmas."""
 
@@ -162,6 +189,9 @@ class DiagnosisJson(Part):
     whiteness: list[WhitenessJson]
     smallest_detectable: list[DetectableJson]
     further_data: list[FurtherJson]
+    remainder: RemainderJson | None = Field(
+        description="null unless the verdict is outside the catalogue"
+    )
     seconds: float
 
 
