@@ -3,7 +3,7 @@ import pytest
 import torch
 from tests.models.learned.problem import acceleration, fractional_error, orbit, samples
 
-from unmodeled.core.errors import ConfigError, NumericalError
+from unmodeled.core.errors import ConfigError, DataError, NumericalError
 from unmodeled.models.learned import exact_gp
 from unmodeled.models.learned._exact_gp_lbfgs import likelihood_and_gradient
 from unmodeled.models.learned._exact_gp_training import GpytorchModel, exact_algebra, gpytorch
@@ -243,3 +243,34 @@ def test_unknown_optimizer():
     X, y, _, _ = samples()
     with pytest.raises(ConfigError, match=r'optimizer is "sgd"\. Allowed: adam, lbfgs'):
         ExactGP(optimizer="sgd").fit(X, y)
+
+
+def test_noise_of_single_samples_is_that_of_dense_algebra(tmp_path):
+    rng = np.random.default_rng(4)
+    X = rng.normal(size=(30, 3))
+    y = np.sin(X) + 0.0
+    own = rng.uniform(0.0, 0.3, size=(30, 3))
+    own[3] = 50.0
+    y[3] += 40.0  # an outlier that says so itself
+    gp = ExactGP(optimizer="lbfgs").fit(X, y, NoiseLevel(samples=own))
+    at = rng.normal(size=(5, 3))
+    for i in range(3):
+        length, amplitude, noise = gp.lengthscale_[i], gp.amplitude_[i], gp.noise_std_[i]
+
+        def kernel(a, b, length=length, amplitude=amplitude):
+            d2 = np.sum((a[:, None] - b[None]) ** 2, axis=2)
+            return amplitude**2 * np.exp(-0.5 * d2 / length**2)
+
+        K = kernel(X, X) + np.diag(noise**2 + own[:, i] ** 2)
+        one = np.linalg.solve(K, np.ones(30))
+        mean = one @ y[:, i] / one.sum()
+        wanted = mean + kernel(at, X) @ np.linalg.solve(K, y[:, i] - mean)
+        np.testing.assert_allclose(gp.predict(at)[:, i], wanted, rtol=1e-6, atol=1e-8)
+    gp.save(tmp_path / "gp.safetensors")
+    np.testing.assert_array_equal(
+        ExactGP.load(tmp_path / "gp.safetensors").predict(at), gp.predict(at)
+    )
+    with pytest.raises(ConfigError, match="noise of single samples with optimizer adam"):
+        ExactGP().fit(X, y, NoiseLevel(samples=own))
+    with pytest.raises(DataError, match="30 samples and their noise has 2"):
+        gp.fit(X, y, NoiseLevel(samples=own[:2]))

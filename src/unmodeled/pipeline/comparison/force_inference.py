@@ -149,7 +149,7 @@ def gradient_root(inputs: Array, length: float) -> Array:
 
     .. math:: K_{ij} = \left(\delta_{ij} - \frac{d_i d_j}{l^2}\right) e^{-d^2 / 2 l^2}
 
-    ([Alvarez2012] section 5.2.2); of unit variance on each axis.
+    ([Alvarez2012], curl-free kernels); of unit variance on each axis.
     """
     h = len(inputs)
     apart = inputs[:, None, :] - inputs[None, :, :]

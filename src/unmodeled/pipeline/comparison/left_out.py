@@ -71,7 +71,7 @@ def skill_and_error(errors: Array, nothing: Array) -> tuple[float, float]:
 
     Notes
     -----
-    Jackknife over the parts ([Efron1981] Eq. 1.4): what is correlated within a stretch counts
+    Jackknife over the parts ([Efron1981]): what is correlated within a stretch counts
     once.
 
     Examples

@@ -32,6 +32,12 @@ class LearnedForce:
         m/s2.
     dynamics, body : Dynamics, Body
         Know how the body is turned and where the Sun is.
+
+    Notes
+    -----
+    It gives no sigma: a learner's own covariance takes the errors of neighbouring samples for
+    independent, and knows nothing of what the measurements cannot resolve (about Bennu it was
+    fifty times too small at the peak of a pulse). `RemainderModel.force` has sigmas.
     """
 
     learner: Learner
@@ -55,21 +61,6 @@ class LearnedForce:
         own = self.unit * self.learner.predict(x)
         turn = self.inputs.turn(self.dynamics, self.body, states, times)
         inertial: Array = np.einsum("nji,nj->ni", turn, own)
-        return inertial
-
-    def predict_covariance(self, states: Array, times: Array) -> Array:
-        """Return the covariance (n, 3, 3) of `predict`, (m/s2)^2, inertial components.
-
-        Raises
-        ------
-        InputError
-            If the learner has none.
-        """
-        states, times = self._checked(states, times)
-        x = self.inputs.values(self.dynamics, self.body, states, times)
-        own = self.unit**2 * self.learner.predict_covariance(x)
-        turn = self.inputs.turn(self.dynamics, self.body, states, times)
-        inertial: Array = np.swapaxes(turn, 1, 2) @ own @ turn
         return inertial
 
     def save(self, path: Path | str) -> None:

@@ -94,7 +94,7 @@ def learn_force(
     if not found:
         return None, ()
     top = max((f[0] for f in found), key=lambda s: s.skill)
-    # Of those that cannot be told apart, one that knows its uncertainty.
+    # Of those that cannot be told apart, a process: far from its data it returns to its mean.
     near = top.skill - top.skill_error
     found.sort(key=lambda f: (f[0].skill >= near and f[1].has_covariance, f[0].skill), reverse=True)
     lin = data.lin
