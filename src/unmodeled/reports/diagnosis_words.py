@@ -87,6 +87,8 @@ def noise_sentence(d: Diagnosis) -> str:
     low, high = _AS_STATED
     if low <= d.noise <= high:
         return f"What is left is {shown} times the stated noise: stated rightly."
+    if d.noise > high and d.remainder is not None:
+        return f"What is left is {shown} times the stated noise: a force is in it."
     word = "larger" if d.noise > high else "smaller"
     return (
         f"What is left is {shown} times the stated noise: the noise is {word} than stated, and "
