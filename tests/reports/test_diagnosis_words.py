@@ -72,7 +72,7 @@ def test_a_finding_names_its_rivals_and_remarks():
     [(1.02, "stated rightly"), (2.0, "larger than stated"), (0.5, "smaller than stated")],
 )
 def test_the_noise_in_words(noise, words):
-    assert words in noise_sentence(SimpleNamespace(noise=noise))
+    assert words in noise_sentence(SimpleNamespace(noise=noise, remainder=None))
 
 
 def test_what_remains_in_words():
