@@ -14,7 +14,7 @@ from unmodeled.pipeline.comparison.force_nodes import force_grids, nodal_respons
 from unmodeled.pipeline.comparison.known_basis import known_basis
 from unmodeled.pipeline.comparison.marginal import Compressed, Ridge, compress, ridge
 from unmodeled.pipeline.linearisation import Linearisation
-from unmodeled.pipeline.partials import Indices
+from unmodeled.pipeline.transition import Indices
 
 __all__ = ["ForceData", "Smooth", "gradient_root", "smooth_root", "wave_root"]
 

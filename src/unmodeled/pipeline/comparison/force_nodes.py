@@ -8,7 +8,7 @@ import numpy as np
 
 from unmodeled.core.arrays import Array
 from unmodeled.pipeline.linearisation import Linearisation
-from unmodeled.pipeline.partials import Indices
+from unmodeled.pipeline.transition import Indices
 
 __all__ = ["force_grids", "interpolation", "nodal_responses"]
 

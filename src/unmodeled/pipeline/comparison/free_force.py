@@ -14,7 +14,7 @@ from unmodeled.pipeline.comparison.force_nodes import force_grids, nodal_respons
 from unmodeled.pipeline.comparison.marginal import Ridge, compress, ridge
 from unmodeled.pipeline.comparison.orbit_geometry import orbit_geometry
 from unmodeled.pipeline.linearisation import Linearisation
-from unmodeled.pipeline.partials import Indices
+from unmodeled.pipeline.transition import Indices
 
 __all__ = ["FreeForce", "free_force"]
 
