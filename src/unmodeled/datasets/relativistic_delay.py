@@ -35,8 +35,8 @@ class RelativisticDelay(PathEffect):
     in the Sun's field, which is nearly the same for a whole pass, is left out. All data sets of one
     station share it. Earth only.
 
-    Size: 6 to 10 mm for LAGEOS, 13 to 18 mm for GPS satellites, 4 cm at the Moon. Confused with: range
-    bias, scale. Source: [IERS2010] Eq. 11.17.
+    Size: 6 to 10 mm for LAGEOS, 13 to 18 mm for GPS satellites, 4 cm at the Moon. Confused with:
+    range bias, scale. Source: [IERS2010] Eq. 11.17.
     """
 
     name: ClassVar[str] = "relativistic_delay"
