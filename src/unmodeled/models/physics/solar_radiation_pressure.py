@@ -55,7 +55,8 @@ class SolarRadiationPressure(Effect):
     away from the Sun at s. Source: [MontenbruckGill2000] Eq. 3.75 and section 3.4.2;
     the share of sunlight nu is that of `sunlit_share`, a smooth form of the conical shadow of the
     central body, times that of the ``occulter`` (where both shadows fall on one place, the product
-    counts what both hide twice). Only the product of ``srp_CrA_m`` and ``srp_pressure``
+    counts what both hide twice). The Sun stands where it is, not where it was when its light left:
+    shadows at the Moon come 40 s late. Only the product of ``srp_CrA_m`` and ``srp_pressure``
     is observable: estimate the first. The pressure's default is that of the source, 4.56e-6 N/m2
     (a solar constant of 1367 W/m2), with which published coefficients go; the newer 1361 W/m2
     [KoppLean2011] makes 4.54e-6. ``shadow_radius`` must be given with a shadow. Units: ``au``
