@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, ClassVar, TypeAlias
@@ -59,7 +59,7 @@ def length(v: _Triple) -> hy.expression:
 
 
 @dataclass(frozen=True)
-class PathCorrection:
+class PathCorrection(ABC):
     """A correction that both ends of the path decide, for each unit of its parameter.
 
     Both ends are taken at the time of reception: what light time changes of a correction of metres
