@@ -8,11 +8,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from unmodeled.models.physics import (
+    AerodynamicLift,
     Albedo,
     ConstantInertial,
     ConstantRTN,
     ContinuousThrust,
     Effect,
+    EmpiricalSunlight,
     ExponentialDrag,
     ImpulsiveManoeuvre,
     LenseThirring,
@@ -22,14 +24,18 @@ from unmodeled.models.physics import (
     OncePerRevolutionRTN,
     PointMass,
     PowerLawGravity,
+    PoyntingRobertson,
     ScaledField,
     Schwarzschild,
     SolarRadiationPressure,
     SolidTide,
     SphericalHarmonics,
     SunLinePush,
+    ThermalRecoil,
     ThermosphereDrag,
     ThirdBody,
+    TidalLag,
+    VelocityDrag,
     Zonal,
 )
 from unmodeled.models.physics.spherical_harmonics import coefficient_names
@@ -133,6 +139,9 @@ AIR = {"drag_B": 0.6, "drag_rho0": 0.4, "drag_r0": 1.1, "drag_H": 1.3, "drag_ome
 MASCON = {"mascon1_GM": 0.15, "mascon1_x": 0.3, "mascon1_y": -0.2, "mascon1_z": 0.1}
 PUSH = {"manoeuvre1_t0": 0.5, "manoeuvre1_width": 0.6}
 THRUST = {"thrust_t_on": 0.2, "thrust_t_off": 1.4, "thrust_width": 0.5}
+FADING = {"recoil_tau": 1.7, "recoil_t0": 0.2}
+FRICTION = {"friction_a": 0.3, "friction_v0": 1.3}
+ECOM = {"ecom_D0": -0.4, "ecom_Y0": 0.3, "ecom_B0": 0.2, "ecom_Bc": -0.1, "ecom_Bs": 0.25}
 SIX = (0.3, -0.2, 0.1, 0.4, -0.5, 0.6)
 
 
@@ -228,5 +237,47 @@ EFFECT_CASES: dict[str, EffectCase] = {
     "thrust": moving(ContinuousThrust(), THRUST | {"thrust_a_V": -0.3}, axisymmetric=True),
     "thrust, RTN": moving(
         ContinuousThrust("rtn"), THRUST | named("thrust_a_", "RTN"), axisymmetric=True
+    ),
+    "aerodynamic lift": moving(
+        AerodynamicLift(),
+        {k: v for k, v in AIR.items() if k != "drag_B"} | {"lift_B": 0.4, "side_B": -0.3},
+        axisymmetric=True,
+    ),
+    "empirical sunlight": moving(EmpiricalSunlight(shadow=False), ECOM, tracks=MOVING),
+    "empirical sunlight with shadow": moving(
+        EmpiricalSunlight(),
+        ECOM | {k: v for k, v in ECLIPSE.items() if k.endswith("_radius")},
+        tracks=MOVING,
+    ),
+    "friction": moving(VelocityDrag(), FRICTION, axisymmetric=True),
+    "friction, square": moving(VelocityDrag(2.0), FRICTION, axisymmetric=True),
+    "non-gravitational, water ice": moving(
+        NonGravitationalA123(law="water_ice"),
+        named("A", "123", nongrav_r0=1.2),
+        axisymmetric=True,
+    ),
+    "Poynting-Robertson": moving(
+        PoyntingRobertson(), RELATIVITY | {"pr_beta": 0.2, "pr_wind": 0.35}, axisymmetric=True
+    ),
+    "sunlight with two shadows": EffectCase(
+        SolarRadiationPressure(occulter="moon"),
+        ECLIPSE | {"occulter_radius": 0.9},
+        potential=False,
+        harmonic=False,
+        tracks=MOVING,
+    ),
+    "thermal recoil": moving(
+        ThermalRecoil(), {"recoil_a_sun": 0.3, "recoil_tau": 1.7, "recoil_t0": 0.2}, tracks=MOVING
+    ),
+    "thermal recoil, inertial": moving(
+        ThermalRecoil("inertial"), FADING | named("recoil_a_", "xyz")
+    ),
+    "thermal recoil, RTN": moving(
+        ThermalRecoil("rtn"), FADING | named("recoil_a_", "RTN"), axisymmetric=True
+    ),
+    "tidal lag": moving(
+        TidalLag(),
+        {"tide_k2": 0.6, "R_ref": 0.9, "tide_lag": 0.7, "tide_own_GM": 0.4, "tide_spin": 0.8},
+        axisymmetric=True,
     ),
 }

@@ -5,7 +5,10 @@ from dataclasses import replace
 import numpy as np
 
 from unmodeled.datasets.measurements import Measurements
+from unmodeled.datasets.refraction import Refraction
+from unmodeled.datasets.relativistic_delay import RelativisticDelay
 from unmodeled.datasets.station import Station, UniformRotation
+from unmodeled.datasets.troposphere import Troposphere
 
 GM = 3.986004418e14
 EPOCH = "2016-03-13T06:00:00 UTC"
@@ -37,6 +40,8 @@ SIGMA = {
 }
 COLUMNS = {"position": 3, "position_velocity": 6, "range": 1, "range_rate": 1}
 _R, _A = {"ways": 2}, "right_ascension_declination"
+FAR = (6e4, -4e4, 7e4)
+AIR = ((Troposphere().correction, 3e3), (RelativisticDelay().correction, 1e6))
 #: name -> (kind, settings).
 CASES = {
     "position": ("position", {}),
@@ -54,6 +59,16 @@ CASES = {
     "radec, centre": (_A, {"rotation": (0.1, 0.2, -0.1)}),
     "radec": (_A, {"station": STATION, "light_time": True, "gm": GM, "astrometric": True}),
     "azel": ("azimuth_elevation", {"station": STATION}),
+    # An antenna on a mast of 100 km and air a thousand times too thick, or they would not be seen.
+    "position, antenna": ("position", {"antenna": FAR, "rotation": (0.1, 0.2, 0.3)}),
+    "state, antenna": ("position_velocity", {"antenna": FAR}),
+    "radec, antenna": (_A, {"station": STATION, "light_time": True, "gm": GM, "antenna": FAR}),
+    "range, air": ("range", {"station": STATION, "corrections": AIR, "antenna": FAR}),
+    "rate, air": ("range_rate", {"station": STATION, "corrections": AIR, "light_time": True}),
+    "azel, air": (
+        "azimuth_elevation",
+        {"station": STATION, "corrections": ((Refraction().correction, 30.0),), "antenna": FAR},
+    ),
     "azel, light": ("azimuth_elevation", {"station": BODY, "light_time": 0.5, "gm": GM}),
 }
 

@@ -34,6 +34,10 @@ SIZES = {
     "light_time": (0.3, 0.1),
     "frame_rotation": (0.05, 1e-3),
     "scale": (0.01, 1e-3),
+    "antenna_offset": (3e3, 300.0),
+    "troposphere": (2.4, 0.1),
+    "refraction": (1.1, 0.1),
+    "relativistic_delay": (1e3, 10.0),
 }
 PAIRS = [(e, c) for e in MEASUREMENT_EFFECTS for c in CASES if e().concerns(measurement(c))]
 

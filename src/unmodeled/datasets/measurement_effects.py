@@ -1,4 +1,4 @@
-"""Measurement effects: biases, clocks, stations, light time, axes and units.
+"""Measurement effects: biases, clocks, stations, light time, axes and units; list of all.
 
 Without them in the catalogue physics is blamed for an instrument's errors.  Each class is one
 effect, and its docstring is the effect's card.
@@ -15,22 +15,30 @@ import numpy as np
 from unmodeled.core.arrays import Array
 from unmodeled.core.constants import SPEED_OF_LIGHT
 from unmodeled.core.parameters import Parameter
+from unmodeled.datasets.antenna_offset import AntennaOffset
 from unmodeled.datasets.measurement_effect import MeasurementEffect, constant_columns
 from unmodeled.datasets.measurements import Measurements
+from unmodeled.datasets.refraction import Refraction
+from unmodeled.datasets.relativistic_delay import RelativisticDelay
+from unmodeled.datasets.troposphere import Troposphere
 
 __all__ = [
     "MEASUREMENT_EFFECTS",
     "AngleBias",
+    "AntennaOffset",
     "ClockDrift",
     "FrameRotation",
     "LightTime",
     "MeasurementEffect",
     "RangeBias",
     "RangeRateBias",
+    "Refraction",
+    "RelativisticDelay",
     "Scale",
     "StationPosition",
     "TimeTag",
     "TimeTagDrift",
+    "Troposphere",
 ]
 
 _C = SPEED_OF_LIGHT.value
@@ -327,7 +335,7 @@ class Scale(MeasurementEffect):
 
     def partials(self, m: Measurements, states: Array, accelerations: Array) -> Array:
         """Return the prediction without factor and bias."""
-        plain = replace(m, scale=1.0, bias=None, bias_rate=None)
+        plain = replace(m, scale=1.0, bias=None, bias_rate=None, corrections=())
         return plain.predicted(states)[:, :, None]
 
 
@@ -343,4 +351,8 @@ MEASUREMENT_EFFECTS: tuple[type[MeasurementEffect], ...] = (
     LightTime,
     FrameRotation,
     Scale,
+    AntennaOffset,
+    Troposphere,
+    Refraction,
+    RelativisticDelay,
 )

@@ -15,7 +15,8 @@ the Moon.  The acceleration is
 for GPS).  The range rate is d range / d t of reception,
 :math:`\mathbf u \cdot (\mathbf L - \mathbf S) / (1 + \mathbf u \cdot \mathbf L / c)`, with L the
 velocity of what lags and S that of what does not.  Relativity (Shapiro delay: 2 cm for GPS),
-troposphere, ionosphere and refraction are left out.  [MontenbruckGill2000] section 6.2.
+troposphere and refraction are effects (:mod:`unmodeled.datasets.path_correction`), the ionosphere
+is left out.  [MontenbruckGill2000] section 6.2.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from unmodeled.core.arrays import Array
 from unmodeled.core.constants import SPEED_OF_LIGHT
 from unmodeled.datasets.station import StationTrack
 
-__all__ = ["Sight", "polar_angles", "polar_jacobian", "wrapped"]
+__all__ = ["Sight", "cross_matrix", "polar_angles", "polar_jacobian", "wrapped"]
 
 _C = SPEED_OF_LIGHT.value
 # Each turn gains a factor v/c < 1e-4; six leave rounding only.
@@ -64,6 +65,14 @@ def polar_jacobian(vectors: Array) -> Array:
     around = np.stack([-y / flat**2, x / flat**2, zero], axis=1)
     above = np.stack([-x * z / flat / square, -y * z / flat / square, flat / square], axis=1)
     return np.stack([around, above], axis=1)
+
+
+def cross_matrix(v: Array) -> Array:
+    """Return matrices (n, 3, 3) that multiply by v (n, 3) from the left: v x."""
+    x, y, z = v.T
+    o = np.zeros_like(x)
+    rows = [[o, -z, y], [z, o, -x], [-y, x, o]]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,14 @@ from scipy.spatial.transform import Rotation
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.constants import SPEED_OF_LIGHT
-from unmodeled.datasets.measurement_geometry import Sight, polar_angles, polar_jacobian, wrapped
+from unmodeled.datasets.antenna_motion import antenna_columns, antenna_jacobian
+from unmodeled.datasets.measurement_geometry import (
+    Sight,
+    cross_matrix,
+    polar_angles,
+    polar_jacobian,
+    wrapped,
+)
 
 if TYPE_CHECKING:
     from unmodeled.datasets.measurements import Measurements
@@ -27,6 +34,8 @@ __all__ = [
     "POSITIONS",
     "SIGHTED",
     "explicit_rate",
+    "measured_states",
+    "offset_columns",
     "readings",
     "rotation_columns",
     "state_columns",
@@ -54,9 +63,104 @@ _C = SPEED_OF_LIGHT.value
 
 def readings(m: Measurements, states: Array) -> Array:
     """Return what the instrument reads, (n, k)."""
+    at = measured_states(m, states)
+    out = _seen(m, at)
+    for correction, factor in m.corrections:
+        out = out + factor * correction.value(m, at)
+    return out
+
+
+def state_columns(m: Measurements, states: Array) -> Array:
+    """Return d readings / d state, (n, k, 6)."""
+    out = _state_columns(m, measured_states(m, states))
+    return out @ antenna_jacobian(m.antenna, states) if np.any(m.antenna) else out
+
+
+def offset_columns(m: Measurements, states: Array) -> Array:
+    """Return d readings / d offset of the antenna, (n, k, 3)."""
+    out: Array = _state_columns(m, measured_states(m, states)) @ antenna_columns(states)
+    return out
+
+
+def station_columns(m: Measurements, states: Array) -> Array:
+    """Return d readings / d the station's inertial position and velocity, (n, k, 6).
+
+    The local horizon stays as it is.
+    """
+    at = measured_states(m, states)
+    out = _shares(m, at, lambda s: s.station_columns())
+    for correction, factor in m.corrections:
+        out = out + factor * correction.station_columns(m, at)
+    return out
+
+
+def rotation_columns(m: Measurements, states: Array) -> Array:
+    """Return d readings / d the rotation vector, (n, k, 3); zero where axes do not matter."""
+    at = measured_states(m, states)
     if m.kind in POSITIONS:
-        return m.scale * _blocks(m.turn, states[:, : len(m.components)])
-    parts = [(share, _reading(m, sight)) for share, sight in _sights(m, states)]
+        x = at[:, : len(m.components)]
+        rows = [_rotated(m, x[:, b : b + 3]) for b in range(0, x.shape[1], 3)]
+        # `turn` holds the rotation already: undo it before what comes after it.
+        after = m.scale * m.turn @ turned(m.rotation).T
+        return np.concatenate([after @ row for row in rows], axis=1)
+    if m.kind != "right_ascension_declination":
+        return np.zeros((len(states), len(m.components), 3))
+    out = np.zeros((len(states), 2, 3))
+    for share, sight in _sights(m, at):
+        line = _direction(m, sight)
+        out += share * polar_jacobian(line @ turned(m.rotation).T) @ _rotated(m, line)
+    return out
+
+
+def explicit_rate(m: Measurements, states: Array) -> Array:
+    """Return d readings / d t at a fixed state, (n, k): the station moves, tagged axes do not."""
+    at = measured_states(m, states)
+    if m.kind in POSITIONS:
+        if not m.earth_fixed:
+            return np.zeros((len(states), len(m.components)))
+        matrix = turned(m.rotation)
+        x = at[:, : len(m.components)].reshape(len(states), -1, 3) @ matrix.T
+        slip = -np.cross(m.track.spin[:, None], x).reshape(len(states), -1)
+        return m.scale * _blocks(m.turn @ matrix.T, slip)
+    moved = np.concatenate([m.track.velocities, m.track.accelerations], axis=1)
+    by_station = _shares(m, at, lambda s: s.station_columns())
+    out: Array = np.einsum("nkj,nj->nk", by_station, moved)
+    if m.kind == "azimuth_elevation":
+        for share, sight in _sights(m, at):
+            local = _local(m, sight)
+            sweep = np.einsum("nij,nj->ni", _north_east_up(m), -np.cross(m.track.spin, sight.line))
+            out = out + share * np.einsum("nki,ni->nk", polar_jacobian(local), sweep)
+    for correction, factor in m.corrections:
+        out = out + factor * correction.explicit_rate(m, at)
+    return out
+
+
+def _state_columns(m: Measurements, at: Array) -> Array:
+    """Return d readings / d the state of what is measured, (n, k, 6)."""
+    if m.kind in POSITIONS:
+        k = len(m.components)
+        out = np.zeros((len(at), k, 6))
+        for b in range(0, k, 3):
+            out[:, b : b + 3, b : b + 3] = m.scale * m.turn
+        return out
+    out = _shares(m, at, lambda s: s.state_columns())
+    for correction, factor in m.corrections:
+        out = out + factor * correction.state_columns(m, at)
+    return out
+
+
+def measured_states(m: Measurements, states: Array) -> Array:
+    """Return the states (n, 6) of what is measured."""
+    if not np.any(m.antenna):
+        return states
+    moved: Array = states + antenna_columns(states) @ np.asarray(m.antenna)
+    return moved
+
+
+def _seen(m: Measurements, at: Array) -> Array:
+    if m.kind in POSITIONS:
+        return m.scale * _blocks(m.turn, at[:, : len(m.components)])
+    parts = [(share, _reading(m, sight)) for share, sight in _sights(m, at)]
     if len(parts) == 1:
         return parts[0][1]
     # Between no light time and all of it; angles may lie on either side of zero.
@@ -65,61 +169,6 @@ def readings(m: Measurements, states: Array) -> Array:
     if m.kind in ANGLES:
         step[:, 0] = wrapped(step[:, 0])
     return without + share * step
-
-
-def state_columns(m: Measurements, states: Array) -> Array:
-    """Return d readings / d state, (n, k, 6)."""
-    if m.kind in POSITIONS:
-        k = len(m.components)
-        out = np.zeros((len(states), k, 6))
-        for b in range(0, k, 3):
-            out[:, b : b + 3, b : b + 3] = m.scale * m.turn
-        return out
-    return _shares(m, states, lambda s: s.state_columns())
-
-
-def station_columns(m: Measurements, states: Array) -> Array:
-    """Return d readings / d the station's inertial position and velocity, (n, k, 6).
-
-    The local horizon stays as it is.
-    """
-    return _shares(m, states, lambda s: s.station_columns())
-
-
-def rotation_columns(m: Measurements, states: Array) -> Array:
-    """Return d readings / d the rotation vector, (n, k, 3); zero where axes do not matter."""
-    if m.kind in POSITIONS:
-        x = states[:, : len(m.components)]
-        rows = [_rotated(m, x[:, b : b + 3]) for b in range(0, x.shape[1], 3)]
-        # `turn` holds the rotation already: undo it before what comes after it.
-        after = m.scale * m.turn @ turned(m.rotation).T
-        return np.concatenate([after @ row for row in rows], axis=1)
-    if m.kind != "right_ascension_declination":
-        return np.zeros((len(states), len(m.components), 3))
-    out = np.zeros((len(states), 2, 3))
-    for share, sight in _sights(m, states):
-        line = _direction(m, sight)
-        out += share * polar_jacobian(line @ turned(m.rotation).T) @ _rotated(m, line)
-    return out
-
-
-def explicit_rate(m: Measurements, states: Array) -> Array:
-    """Return d readings / d t at a fixed state, (n, k): the station moves, tagged axes do not."""
-    if m.kind in POSITIONS:
-        if not m.earth_fixed:
-            return np.zeros((len(states), len(m.components)))
-        matrix = turned(m.rotation)
-        x = states[:, : len(m.components)].reshape(len(states), -1, 3) @ matrix.T
-        slip = -np.cross(m.track.spin[:, None], x).reshape(len(states), -1)
-        return m.scale * _blocks(m.turn @ matrix.T, slip)
-    moved = np.concatenate([m.track.velocities, m.track.accelerations], axis=1)
-    out: Array = np.einsum("nkj,nj->nk", station_columns(m, states), moved)
-    if m.kind == "azimuth_elevation":
-        for share, sight in _sights(m, states):
-            local = _local(m, sight)
-            sweep = np.einsum("nij,nj->ni", _north_east_up(m), -np.cross(m.track.spin, sight.line))
-            out = out + share * np.einsum("nki,ni->nk", polar_jacobian(local), sweep)
-    return out
 
 
 def turned(rotation: npt.ArrayLike) -> Array:
@@ -198,18 +247,11 @@ def _rotated(m: Measurements, vectors: Array) -> Array:
     """
     phi = -np.asarray(m.rotation, dtype=np.float64)
     size = float(np.linalg.norm(phi))
-    cross = _cross_matrix(phi[None])[0]
+    cross = cross_matrix(phi[None])[0]
     if size < 1e-4:  # series: the closed form loses digits
         one, two = 0.5 - size**2 / 24, 1 / 6 - size**2 / 120
     else:
         one, two = (1 - np.cos(size)) / size**2, (size - np.sin(size)) / size**3
     jacobian = np.eye(3) - one * cross + two * cross @ cross
-    out: Array = turned(m.rotation) @ _cross_matrix(vectors) @ jacobian
+    out: Array = turned(m.rotation) @ cross_matrix(vectors) @ jacobian
     return out
-
-
-def _cross_matrix(v: Array) -> Array:
-    x, y, z = v.T
-    o = np.zeros_like(x)
-    rows = [[o, -z, y], [z, o, -x], [-y, x, o]]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)

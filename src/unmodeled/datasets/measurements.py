@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import erfa
 import numpy as np
@@ -17,6 +17,9 @@ from unmodeled.core.time import terrestrial_time
 from unmodeled.datasets import measurement_prediction as engine
 from unmodeled.datasets.measurement_geometry import wrapped
 from unmodeled.datasets.station import Station, StationTrack, earth_rotation
+
+if TYPE_CHECKING:
+    from unmodeled.datasets.path_correction import PathCorrection
 
 __all__ = ["Kind", "Measurements"]
 
@@ -49,12 +52,13 @@ class Measurements:
         Relative to the body's centre of mass, along inertial axes (ICRF), m and m/s.
     range, range_rate
         Distance of station and spacecraft, m, and its rate, m/s, positive when it grows; for two
-        ways half of the round trip. No troposphere, ionosphere or relativity.
+        ways half of the round trip. Geometric but for ``corrections``; no ionosphere.
     right_ascension_declination
         Direction from the station (or the body's centre) along ICRF axes, rad. Geometric; with
         ``astrometric`` as compared with catalogue stars.
     azimuth_elevation
-        Azimuth from north through east, elevation above the local horizon, rad; no refraction.
+        Azimuth from north through east, elevation above the local horizon, rad; refraction is one
+        of the ``corrections``.
         Elevations below zero are allowed (`below_horizon` counts them).
 
     Angles are compared along the great circle: the first component is right ascension (azimuth)
@@ -105,6 +109,12 @@ class Measurements:
         data's; to first order the data read r - rotation x r.
     scale : float
         Positions, ranges and range rates: factor on the prediction.
+    antenna : array_like (3,)
+        Where the measured point lies from the centre of mass, m, along radial, transverse and
+        normal axes; see :mod:`unmodeled.datasets.antenna_offset`.
+    corrections : tuple of (PathCorrection, float)
+        What the path of the signal adds to ranges, range rates or elevations, and how many times;
+        see :mod:`unmodeled.datasets.path_correction`. Not multiplied by ``scale``.
 
     Raises
     ------
@@ -132,6 +142,8 @@ class Measurements:
     bias_epoch: float | None = None
     rotation: npt.ArrayLike = (0.0, 0.0, 0.0)
     scale: float = 1.0
+    antenna: npt.ArrayLike = (0.0, 0.0, 0.0)
+    corrections: tuple[tuple[PathCorrection, float], ...] = ()
 
     def __post_init__(self) -> None:
         self._check_kind()
@@ -155,6 +167,7 @@ class Measurements:
         if self.bias_epoch is None:
             put(self, "bias_epoch", float(np.asarray(self.tags)[0]))
         put(self, "rotation", as_array(self.rotation, (3,), f"{where}: rotation"))
+        put(self, "antenna", as_array(self.antenna, (3,), f"{where}: antenna"))
         self._check_settings()
 
     def _check_kind(self) -> None:
@@ -188,6 +201,7 @@ class Measurements:
             'axes="earth_fixed"': self.axes == "earth_fixed" and not positions,
             "rotation": bool(np.any(self.rotation)) and not (positions or radec),
             "scale": self.scale != 1 and not (positions or ranging),
+            "corrections": bool(self.corrections) and (positions or radec),
         }
         for name, is_wrong in wrong.items():
             if is_wrong:
@@ -332,6 +346,14 @@ class Measurements:
     def rotation_partials(self, states: Array) -> Array:
         """Return d predicted / d ``rotation``, (n, k, 3)."""
         return self._shortened(engine.rotation_columns(self, states))
+
+    def antenna_partials(self, states: Array) -> Array:
+        """Return d predicted / d ``antenna``, (n, k, 3)."""
+        return self._shortened(engine.offset_columns(self, states))
+
+    def correction_value(self, correction: PathCorrection, states: Array) -> Array:
+        """Return what one unit of a correction adds to the prediction, (n, k)."""
+        return correction.value(self, engine.measured_states(self, states))
 
     def time_derivative(self, states: Array, accelerations: Array) -> Array:
         """Return d predicted / d ``times`` with ``tags`` kept, (n, k).

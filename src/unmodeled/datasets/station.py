@@ -195,6 +195,11 @@ class Station:
         sl, cl, sp, cp = np.sin(lon), np.cos(lon), np.sin(lat), np.cos(lat)
         return np.array([[-sp * cl, -sp * sl, cp], [-sl, cl, 0.0], [cp * cl, cp * sl, sp]])
 
+    @property
+    def height(self) -> float:
+        """Height above the WGS84 ellipsoid, m; stations on the Earth only."""
+        return float(erfa.gc2gd(_WGS84, self.position)[2])
+
     def moved(self, offset: npt.ArrayLike) -> Station:
         """Return a copy moved by ``offset`` (3,) m along body-fixed axes.
 

@@ -29,6 +29,12 @@ KEYS = (
     "sunlight with shadow",
     "third body",
     "thrust",
+    "aerodynamic lift",
+    "empirical sunlight",
+    "friction",
+    "Poynting-Robertson",
+    "thermal recoil",
+    "tidal lag",
 )
 
 
@@ -62,5 +68,7 @@ def test_only_what_is_the_same_thing_is_shared():
     shared = set()
     for one, other in combinations((EFFECT_CASES[k].effect for k in KEYS), 2):
         shared |= {p.name for p in one.parameters} & {p.name for p in other.parameters}
+    # one atmosphere, one solid body
+    air = {"drag_rho0", "drag_r0", "drag_H", "drag_omega"}
     light = {"srp_CrA_m", "srp_pressure", "au", "shadow_radius"}
-    assert shared == {"GM", "c", "R_ref", "GM_moon"} | light
+    assert shared == {"GM", "c", "R_ref", "GM_moon"} | light | air | {"tide_k2"}

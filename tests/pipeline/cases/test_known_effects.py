@@ -159,3 +159,49 @@ def test_rotation_is_an_entry_of_its_own():
     assert known.values["spin_rate"] == pytest.approx(np.pi / 12 / 3600)
     assert "rotation" in effect_names()
     assert "srp" in effect_names()
+
+
+def test_new_pushes_take_their_values_from_card_file_and_constants():
+    moon = Surveyed(load_body("moon"), Spacecraft(1000.0, 10.0, 1.3, 2.2))
+    known = read_known([{"effect": "srp", "occulter": "earth"}], moon)
+    assert known.values["occulter_radius"] == pytest.approx(6_378_136.6)
+    lift = read_known(
+        [{"effect": "aerodynamic_lift", "altitude": "550 km", "lift_B": "1e-3 m2/kg"}], EARTH
+    )
+    assert lift.values["drag_rho0"] == EARTH.body.atmosphere.layer(550e3).density
+    assert lift.values["drag_omega"] == EARTH.body.spin_rate
+    lag = read_known(
+        [{"effect": "tidal_lag", "tide_lag": "638 s", "tide_own_GM": "4902.8 km3/s2"}], EARTH
+    )
+    assert lag.values["tide_spin"] == EARTH.body.spin_rate
+    for entry, missing in (
+        ({"effect": "tidal_lag", "tide_k2": 0.3}, "tide_own_GM"),
+        ({"effect": "thermal_recoil"}, "recoil_tau"),
+        ({"effect": "velocity_drag"}, "friction_v0"),
+        ({"effect": "srp", "occulter": "moonlet"}, "occulter_radius"),
+    ):
+        with pytest.raises(ConfigError, match=f"needs {missing}"):
+            read_known([entry], BENNU)
+    for entry, text in (
+        ({"effect": "thermal_recoil", "axis": "up"}, 'axis of the recoil is "up"'),
+        ({"effect": "velocity_drag", "power": 7}, "power of the friction is 7"),
+        ({"effect": "srp", "occulter": "sun"}, "another body than the Sun"),
+        ({"effect": "nongravitational_a123", "law": "ice"}, "Allowed: power, water_ice"),
+    ):
+        with pytest.raises(ConfigError, match=text):
+            read_known([entry], BENNU)
+
+
+def test_new_instrument_effects_are_entries():
+    known = read_known(
+        [
+            {"effect": "troposphere", "of": "DSS-14", "values": {"zenith_delay[DSS-14]": "2.1 m"}},
+            {"effect": "refraction", "refraction_scale": 1.0},
+            {"effect": "relativistic_delay", "relativistic_delay": 1.0},
+            {"effect": "antenna_offset", "free": {"antenna_R": "1 m"}},
+        ],
+        EARTH,
+    )
+    assert known.instrument_values["zenith_delay[DSS-14]"] == 2.1
+    assert known.estimate == {"antenna_R": 1.0}
+    assert [e.name for e in known.instruments][-1] == "antenna_offset"

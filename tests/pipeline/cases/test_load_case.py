@@ -177,3 +177,37 @@ def test_data_are_looked_for_in_further_folders(mapping, folder, tmp_path_factor
     assert len(load_case(path, [folder]).arcs) == 1
     with pytest.raises(DataError, match=r"looked for as .*Check the path, or name the folder"):
         load_case(path)
+
+
+def test_directions_along_icrf_axes_are_turned_to_the_equator(mapping, folder, positions):
+    """Right ascensions in a case along the body's equator: the same orbit as from positions."""
+    m = positions(600.0 * np.arange(1, 101), noise=False)
+    turn = load_body("bennu").pole_matrix()
+    x, y, z = (m.values @ turn).T
+    angles = np.stack([np.mod(np.arctan2(y, x), 2 * np.pi), np.arctan2(z, np.hypot(x, y))], axis=1)
+    kind = "right_ascension_declination"
+    for name, sigma in (("even.csv", 1e-4), ("uneven.csv", [1e-4, 2e-4])):
+        write_measurements([Measurements(kind, m.times, angles, sigma, epoch=EPOCH)], folder / name)
+    start = {"position": "620, 0, 350 m", "velocity": "1, 7, 4.5 cm/s"}
+    entry = {"file": "even.csv", "kind": kind, "sigma": "file"}
+    case = case_from_mapping({**mapping, "measurements": [entry], "initial_state": start}, folder)
+    (read,) = case.arcs[0].measurements
+    ra, dec = read.values.T
+    lines = np.stack([np.cos(ra) * np.cos(dec), np.sin(ra) * np.cos(dec), np.sin(dec)], axis=1)
+    size = np.linalg.norm(m.values, axis=1, keepdims=True)
+    np.testing.assert_allclose(lines * size, m.values, atol=1e-9)
+    # EME2000 for ICRF: 23 mas in any axes.
+    eme = case_from_mapping(
+        {**mapping, "measurements": [{**entry, "frame": "EME2000"}], "initial_state": start}, folder
+    )
+    off = eme.arcs[0].measurements[0].residuals(np.hstack([m.values, 0 * m.values]))
+    assert 0.2 < np.linalg.norm(off, axis=1).max() / 1.1e-7 < 1.1
+    for changes, message in (
+        ({"frame": "ITRF"}, r"ITRF\. Allowed: ICRF, EME2000 \(23 mas from it\), body_equator"),
+        ({"astrometric": True}, "reduced against stars, in a case whose frame is body_equator"),
+        ({"file": "uneven.csv"}, "sigma differs between right ascension and declination"),
+    ):
+        with pytest.raises((ConfigError, DataError), match=message):
+            case_from_mapping(
+                {**mapping, "measurements": [{**entry, **changes}], "initial_state": start}, folder
+            )

@@ -1,9 +1,11 @@
 """Effects written once as symbols; accelerations, orbits and partials are compiled from them."""
 
+from unmodeled.models.physics.aerodynamic_lift import AerodynamicLift
 from unmodeled.models.physics.albedo import Albedo
 from unmodeled.models.physics.continuous_thrust import ContinuousThrust
 from unmodeled.models.physics.drag import ExponentialDrag
 from unmodeled.models.physics.dynamics import Dynamics
+from unmodeled.models.physics.ecom import EmpiricalSunlight
 from unmodeled.models.physics.effect import Effect, Symbols, Vector
 from unmodeled.models.physics.egm2008 import egm2008_values
 from unmodeled.models.physics.inertial_acceleration import ConstantInertial
@@ -13,6 +15,7 @@ from unmodeled.models.physics.manoeuvre import ImpulsiveManoeuvre
 from unmodeled.models.physics.mascon import Mascon
 from unmodeled.models.physics.point_mass import PointMass
 from unmodeled.models.physics.power_law import PowerLawGravity
+from unmodeled.models.physics.poynting_robertson import PoyntingRobertson
 from unmodeled.models.physics.relativity import Schwarzschild
 from unmodeled.models.physics.rtn_acceleration import ConstantRTN, OncePerRevolutionRTN
 from unmodeled.models.physics.scaled_field import ScaledField
@@ -21,19 +24,24 @@ from unmodeled.models.physics.solid_tide import SolidTide
 from unmodeled.models.physics.spherical_harmonics import SphericalHarmonics, coefficient_names
 from unmodeled.models.physics.sun_line_push import SunLinePush
 from unmodeled.models.physics.tesseral import Tesseral
+from unmodeled.models.physics.thermal_recoil import ThermalRecoil
 from unmodeled.models.physics.thermosphere_drag import ThermosphereDrag
 from unmodeled.models.physics.third_body import ThirdBody
+from unmodeled.models.physics.tidal_lag import TidalLag
 from unmodeled.models.physics.variational_orbit import VariationalOrbit
+from unmodeled.models.physics.velocity_drag import VelocityDrag
 from unmodeled.models.physics.yarkovsky import NonGravitationalA123
 from unmodeled.models.physics.zonal import Zonal
 
 __all__ = [
+    "AerodynamicLift",
     "Albedo",
     "ConstantInertial",
     "ConstantRTN",
     "ContinuousThrust",
     "Dynamics",
     "Effect",
+    "EmpiricalSunlight",
     "ExponentialDrag",
     "ImpulsiveManoeuvre",
     "LenseThirring",
@@ -43,6 +51,7 @@ __all__ = [
     "OncePerRevolutionRTN",
     "PointMass",
     "PowerLawGravity",
+    "PoyntingRobertson",
     "ScaledField",
     "Schwarzschild",
     "SolarRadiationPressure",
@@ -51,10 +60,13 @@ __all__ = [
     "SunLinePush",
     "Symbols",
     "Tesseral",
+    "ThermalRecoil",
     "ThermosphereDrag",
     "ThirdBody",
+    "TidalLag",
     "VariationalOrbit",
     "Vector",
+    "VelocityDrag",
     "Zonal",
     "coefficient_names",
     "egm2008_values",

@@ -11,7 +11,7 @@ from unmodeled.core.parameters import Parameter
 from unmodeled.models.physics.effect import Symbols
 from unmodeled.models.physics.vectors import combine, dot, norm
 
-__all__ = ["SHADOW_RADIUS", "SUN_RADIUS", "shadow_edges", "sunlit_share"]
+__all__ = ["OCCULTER_RADIUS", "SHADOW_RADIUS", "SUN_RADIUS", "shadow_edges", "sunlit_share"]
 
 #: Radius of the central body, as a sphere that throws a shadow and shines.
 SHADOW_RADIUS = Parameter(
@@ -21,6 +21,14 @@ SHADOW_RADIUS = Parameter(
     scale=1e3,
     lower=0.0,
     description="radius of the sphere that throws the shadow",
+)
+OCCULTER_RADIUS = Parameter(
+    "occulter_radius",
+    unit="m",
+    value=1.0,
+    scale=1e3,
+    lower=0.0,
+    description="radius of another body that throws a shadow",
 )
 SUN_RADIUS = Parameter(
     "sun_radius",
@@ -37,7 +45,7 @@ SLOPE, CUBIC = 4.0 / math.pi, 1.866
 EDGE = 1.5
 
 
-def sunlit_share(s: Symbols) -> expression:
+def sunlit_share(s: Symbols, occulter: str = "") -> expression:
     r"""Return the share of the Sun's disc that the central body leaves free, 0 to 1.
 
     .. math::
@@ -52,7 +60,8 @@ def sunlit_share(s: Symbols) -> expression:
     the penumbra) and by 1e-4 at u = 3, the push through the whole penumbra by 5e-4 of its
     half-width. A body of finite width in the sky adds to this: the largest deviation is 0.026 up to
     geostationary orbit and 0.045 at the distance of the Moon. The body must be wider than the Sun
-    in the sky: there is no antumbra here.
+    in the sky: there is no antumbra here. Where it is about as wide (the Moon from orbits of the
+    Earth) the share is off by up to 0.15.
 
     The difference c - b comes, to third order in itself, from
     :math:`w = \cos b - \cos c` as :math:`2w / (\sin b + \sqrt{\sin^2 b + 2 w\cos b})`, where the
@@ -61,30 +70,35 @@ def sunlit_share(s: Symbols) -> expression:
     Parameters
     ----------
     s : Symbols
-        With the body "sun" and the parameters of `SHADOW_RADIUS` and `SUN_RADIUS`.
+        With the body "sun" and the parameters of `SHADOW_RADIUS` (`OCCULTER_RADIUS`) and
+        `SUN_RADIUS`.
+    occulter : str
+        Another body of the symbols that throws the shadow; the central one if empty.
     """
-    u = _penumbra(s)
+    u = _penumbra(s, occulter)
     v = u * (SLOPE + CUBIC * u * u)
     return 0.5 * (1.0 + v / sqrt(1.0 + v * v))
 
 
-def shadow_edges(s: Symbols) -> expression:
+def shadow_edges(s: Symbols, occulter: str = "") -> expression:
     """Return an expression that is zero shortly before and after the penumbra (u = -1.5, 1.5).
 
     A Taylor step in low orbit is a hundred times longer than the penumbra and the light is a
     billionth of the attraction: the step sees neither and passes over. An integrator that stops
     here steps through the penumbra as slowly as it must.
     """
-    u = _penumbra(s)
+    u = _penumbra(s, occulter)
     return u * u - EDGE * EDGE
 
 
-def _penumbra(s: Symbols) -> expression:
+def _penumbra(s: Symbols, occulter: str) -> expression:
     """Distance u from the middle of the penumbra in its half-widths; positive in the light."""
-    to_sun = combine([expression(1.0), expression(-1.0)], [s.bodies["sun"], s.position])
-    r, d = norm(s.position), norm(to_sun)
-    cos_c = -dot(s.position, to_sun) / (r * d)
-    sin_b = s["shadow_radius"] / r
+    signs = [expression(1.0), expression(-1.0)]
+    to_sun = combine(signs, [s.bodies["sun"], s.position])
+    place = combine(signs, [s.position, s.bodies[occulter]]) if occulter else s.position
+    r, d = norm(place), norm(to_sun)
+    cos_c = -dot(place, to_sun) / (r * d)
+    sin_b = s["occulter_radius" if occulter else "shadow_radius"] / r
     cos_b = sqrt((1.0 - sin_b) * (1.0 + sin_b))
     w = cos_b - cos_c
     gap = 2.0 * w / (sin_b + sqrt(sin_b * sin_b + 2.0 * w * cos_b))

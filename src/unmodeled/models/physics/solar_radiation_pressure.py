@@ -8,9 +8,11 @@ from typing import ClassVar
 from heyoka import expression
 
 from unmodeled.core.constants import ASTRONOMICAL_UNIT
+from unmodeled.core.errors import ConfigError
 from unmodeled.core.parameters import Parameter
 from unmodeled.models.physics.effect import Effect, Symbols, Vector
 from unmodeled.models.physics.shadow import (
+    OCCULTER_RADIUS,
     SHADOW_RADIUS,
     SUN_RADIUS,
     shadow_edges,
@@ -52,7 +54,9 @@ class SolarRadiationPressure(Effect):
 
     away from the Sun at s. Source: [MontenbruckGill2000] Eq. 3.75 and section 3.4.2;
     the share of sunlight nu is that of `sunlit_share`, a smooth form of the conical shadow of the
-    central body (other bodies throw none). Only the product of ``srp_CrA_m`` and ``srp_pressure``
+    central body, times that of the ``occulter`` (where both shadows fall on one place, the product
+    counts what both hide twice). The Sun stands where it is, not where it was when its light left:
+    shadows at the Moon come 40 s late. Only the product of ``srp_CrA_m`` and ``srp_pressure``
     is observable: estimate the first. The pressure's default is that of the source, 4.56e-6 N/m2
     (a solar constant of 1367 W/m2), with which published coefficients go; the newer 1361 W/m2
     [KoppLean2011] makes 4.54e-6. ``shadow_radius`` must be given with a shadow. Units: ``au``
@@ -69,31 +73,48 @@ class SolarRadiationPressure(Effect):
     ----------
     shadow : bool
         False: always in sunlight.
+    occulter : str
+        Another body that throws a shadow: ``"earth"`` for orbits of the Moon (lunar eclipses),
+        ``"moon"`` for orbits of the Earth. Needs its track and ``occulter_radius``.
     """
 
     shadow: bool = True
+    occulter: str = ""
     name: ClassVar[str] = "solar_radiation_pressure"
+
+    def __post_init__(self) -> None:
+        if self.occulter == "sun" or (self.occulter and not self.shadow):
+            raise ConfigError(
+                f'occulter is "{self.occulter}" and shadow is {self.shadow}',
+                allowed="another body than the Sun, with shadow: true",
+            )
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         """Area over mass, pressure, astronomical unit; radii of body and Sun for the shadow."""
-        return (*SUNLIGHT, *((SHADOW_RADIUS, SUN_RADIUS) if self.shadow else ()))
+        other = (OCCULTER_RADIUS,) if self.occulter else ()
+        return (*SUNLIGHT, *((SHADOW_RADIUS, SUN_RADIUS) if self.shadow else ()), *other)
 
     @property
     def bodies(self) -> tuple[str, ...]:
-        """The Sun."""
-        return ("sun",)
+        """The Sun, and the occulter."""
+        return ("sun", self.occulter) if self.occulter else ("sun",)
 
     def acceleration(self, s: Symbols) -> Vector:
         """Return the push away from the Sun."""
         from_sun = _from_sun(s)
         d = norm(from_sun)
         push = _strength(s) / (d * d * d)
-        return combine([push * sunlit_share(s) if self.shadow else push], [from_sun])
+        if self.shadow:
+            push = push * sunlit_share(s)
+        if self.occulter:
+            push = push * sunlit_share(s, self.occulter)
+        return combine([push], [from_sun])
 
     def edges(self, s: Symbols) -> tuple[expression, ...]:
         """Zero at entry into the penumbra and at exit from it, where an integrator must stop."""
-        return (shadow_edges(s),) if self.shadow else ()
+        other = (shadow_edges(s, self.occulter),) if self.occulter else ()
+        return (shadow_edges(s), *other) if self.shadow else ()
 
     def potential(self, s: Symbols) -> expression | None:
         """Return that of a repelling Sun; None with a shadow."""

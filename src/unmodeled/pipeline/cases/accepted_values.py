@@ -14,7 +14,7 @@ from heyoka import model
 from unmodeled.core.constants import GM_OF, RADIUS_OF
 from unmodeled.core.errors import ConfigError
 from unmodeled.datasets.bodies import Body
-from unmodeled.models.physics import Effect
+from unmodeled.models.physics import Effect, SolarRadiationPressure
 from unmodeled.pipeline.cases.spacecraft import Spacecraft
 
 __all__ = ["EARTH_MOON", "Surveyed", "egm2008_coefficients", "gm_of"]
@@ -49,6 +49,9 @@ class Surveyed:
         simple = self._card() | self._craft()
         if name in simple:
             return simple[name]
+        if name == "occulter_radius" and isinstance(effect, SolarRadiationPressure):
+            known = RADIUS_OF.get(effect.occulter)
+            return None if known is None else known.value
         if (found := _ZONAL.fullmatch(name)) is not None:
             return self.body.zonal_unnormalised().get(int(found[1]))
         if (found := _GM.fullmatch(name)) is not None:
@@ -84,6 +87,7 @@ class Surveyed:
             "R_ref": body.reference_radius,
             "shadow_radius": _radius(body),
             "drag_omega": body.spin_rate,
+            "tide_spin": body.spin_rate,
             "sun_radius": RADIUS_OF["sun"].value,
         }
         if body.love_number_k2 is not None:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from unmodeled.core.constants import ASTRONOMICAL_UNIT, EARTH_ROTATION_RATE, GM_OF, RADIUS_OF
+from unmodeled.core.constants import ASTRONOMICAL_UNIT, GM_OF, RADIUS_OF
 from unmodeled.core.errors import ConfigError, nearest
 from unmodeled.datasets.bodies import Body
 from unmodeled.datasets.measurement_effects import MeasurementEffect
@@ -29,6 +29,12 @@ from unmodeled.models.physics import (
 from unmodeled.pipeline.cases.candidate import Candidate
 from unmodeled.pipeline.cases.gravity_catalogue import gravity_candidates
 from unmodeled.pipeline.cases.instrument_catalogue import instrument_candidates
+from unmodeled.pipeline.cases.push_catalogue import (
+    air,
+    occulter,
+    push_candidates,
+    shadow_radius,
+)
 from unmodeled.pipeline.cases.setting import Setting
 from unmodeled.pipeline.cases.setting import force_candidate as _force
 from unmodeled.pipeline.cases.spacecraft import Spacecraft
@@ -59,6 +65,7 @@ def default_candidates(
     """
     s = Setting(body, dynamics, tuple(arcs), spacecraft)
     forces = [*gravity_candidates(s), *_bodies(s), *_radiation(s), *_relativity(s), *_pushes(s)]
+    forces += push_candidates(s)
     present = {term for effect in dynamics.effects for term in effect.terms}
     fresh = [_of_the_model(c, dynamics) for c in forces if _is_new(c, present, dynamics)]
     names = {p.name for effect in instruments for p in effect.parameters}
@@ -156,16 +163,14 @@ def _bodies(s: Setting) -> list[Candidate]:
 def _radiation(s: Setting) -> list[Candidate]:
     if s.body.name == "sun" or "sun" not in s.bodies:
         return []
-    shadow = {
-        "shadow_radius": RADIUS_OF[s.body.name].value
-        if s.body.name in RADIUS_OF
-        else s.body.brillouin_radius
-    }
+    shadow, other = {"shadow_radius": shadow_radius(s)}, occulter(s)
+    if other:
+        shadow["occulter_radius"] = RADIUS_OF[other].value
     found = [
         _force(
             "srp",
             "solar radiation pressure",
-            SolarRadiationPressure(),
+            SolarRadiationPressure(occulter=other),
             {"srp_CrA_m": 2.0 * s.reflectivity},
             "radiation",
             shadow,
@@ -222,9 +227,6 @@ def _relativity(s: Setting) -> list[Candidate]:
 def _pushes(s: Setting) -> list[Candidate]:
     found = []
     if s.body.atmosphere is not None:
-        altitude = max(s.radius - s.body.reference_radius, 1e4)
-        layer = s.body.atmosphere.layer(altitude)
-        rate = EARTH_ROTATION_RATE.value if s.body.name == "earth" else s.body.spin_rate
         found.append(
             _force(
                 "drag",
@@ -232,12 +234,7 @@ def _pushes(s: Setting) -> list[Candidate]:
                 ExponentialDrag(),
                 {"drag_B": 3.0 * s.ballistic},
                 "atmosphere",
-                {
-                    "drag_rho0": layer.density,
-                    "drag_r0": s.body.reference_radius + layer.altitude,
-                    "drag_H": layer.scale_height,
-                    "drag_omega": rate,
-                },
+                air(s),
                 positive=("drag_B",),
             )
         )

@@ -11,6 +11,7 @@ import numpy as np
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import ConfigError, DataError
 from unmodeled.datasets.measurement_files import read_measurements
+from unmodeled.datasets.measurement_geometry import polar_angles
 from unmodeled.datasets.measurements import Measurements
 from unmodeled.datasets.station import Station
 from unmodeled.pipeline.cases.case_config import (
@@ -27,6 +28,7 @@ __all__ = ["read_data", "stations_of"]
 
 
 _BODY_EQUATOR = "body_equator"
+_DIRECTIONS = "right_ascension_declination"
 _ORBITS = ("position", "position_velocity")
 
 
@@ -67,7 +69,7 @@ def read_data(
             entry.kind,
             sigma=None if entry.sigma_in_file else entry.sigmas(),
             epoch=config.epoch,
-            stations=stations[entry.station] if entry.station else stations,
+            stations=stations[entry.station] if entry.station else stations or None,
             satellite=entry.satellite,
             frame=None if equatorial else entry.frame,
             time_scale=entry.time_scale,
@@ -80,7 +82,8 @@ def read_data(
             astrometric=entry.astrometric,
             round_trip=entry.round_trip,
         )
-        turn = around.frame_from_icrf if entry.kind in _ORBITS and not equatorial else np.eye(3)
+        in_axes = entry.kind in (*_ORBITS, _DIRECTIONS)
+        turn = around.frame_from_icrf if in_axes and not equatorial else np.eye(3)
         if equatorial and around.frame != _BODY_EQUATOR:
             turn = around.body.pole_matrix().T
         sets += [_turned(m, turn) for m in read.measurements]
@@ -89,12 +92,21 @@ def read_data(
 
 def _check_frame(entry: MeasurementConfig, around: Surroundings) -> None:
     where = f"{entry.file} ({entry.kind})"
-    if entry.kind == "right_ascension_declination" and around.frame != "icrf":
-        raise ConfigError(f"{where} in a case whose frame is {around.frame}", allowed="frame: icrf")
+    if entry.kind == _DIRECTIONS and entry.astrometric and around.frame != "icrf":
+        raise ConfigError(
+            f"{where}, reduced against stars, in a case whose frame is {around.frame}",
+            allowed="astrometric: true with frame: icrf only (observers on the Earth)",
+        )
     if entry.frame is None:
         return
-    if entry.kind not in (*_ORBITS, "right_ascension_declination"):
+    if entry.kind not in (*_ORBITS, _DIRECTIONS):
         raise ConfigError(f"{where} has no frame", do='drop the key "frame"')
+    if entry.kind == _DIRECTIONS and entry.frame.upper() in ("ITRF", "ITRS"):
+        raise ConfigError(
+            f"frame of {where} is {entry.frame}",
+            allowed="ICRF, EME2000 (23 mas from it), body_equator",
+            do="turn right ascensions along axes of date, or Earth-fixed ones, to ICRF first",
+        )
     if entry.frame.upper() in ("ITRF", "ITRS") and around.body.name != "earth":
         raise ConfigError(
             f"frame of {where} is {entry.frame}, and the body is {around.body.name}",
@@ -120,9 +132,11 @@ def _moment(given: object, config: CaseConfig, entry: MeasurementConfig) -> floa
 
 
 def _turned(m: Measurements, turn: Array) -> Measurements:
-    """Positions and velocities along other axes; noise that is not the same on all is refused."""
+    """Positions or directions along other axes; noise that is not the same on all is refused."""
     if np.array_equal(turn, np.eye(3)):
         return m
+    if m.kind == _DIRECTIONS:
+        return _turned_directions(m, turn)
     groups = m.sigmas.reshape(len(m.times), -1, 3)
     if np.any(groups != groups[:, :, :1]):
         raise DataError(
@@ -132,6 +146,19 @@ def _turned(m: Measurements, turn: Array) -> Measurements:
         )
     values = m.values.reshape(len(m.times), -1, 3) @ turn.T
     return replace(m, values=values.reshape(m.values.shape))
+
+
+def _turned_directions(m: Measurements, turn: Array) -> Measurements:
+    if np.any(m.sigmas[:, 0] != m.sigmas[:, 1]):
+        raise DataError(
+            f"{m.label}: sigma differs between right ascension and declination, and the axes are "
+            "turned",
+            allowed="one sigma for both, along the great circle",
+            do="use a case with frame: icrf",
+        )
+    a, d = m.values.T
+    lines = np.stack([np.cos(a) * np.cos(d), np.sin(a) * np.cos(d), np.sin(d)], axis=1)
+    return replace(m, values=polar_angles(lines @ turn.T))
 
 
 def stations_of(config: CaseConfig, around: Surroundings) -> dict[str, Station]:

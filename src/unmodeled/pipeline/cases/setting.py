@@ -54,6 +54,17 @@ class Setting:
         return float(np.median([np.linalg.norm(arc.state[:3]) for arc in self.arcs]))
 
     @property
+    def periapsis(self) -> float:
+        """Lowest periapsis of the arcs' first osculating orbits, m."""
+        lowest = []
+        for arc in self.arcs:
+            r, v = arc.state[:3], arc.state[3:]
+            h = np.cross(r, v)
+            eccentricity = np.linalg.norm(np.cross(v, h) / self.gm - r / np.linalg.norm(r))
+            lowest.append(float(h @ h / self.gm / (1.0 + eccentricity)))
+        return min(lowest)
+
+    @property
     def interval(self) -> tuple[float, float]:
         """First and last measurement, s."""
         times = [m.times for arc in self.arcs for m in arc.measurements]
