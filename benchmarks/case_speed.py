@@ -4,8 +4,8 @@
     UNMODELED_DATA=../shared/real python benchmarks/case_speed.py    # LAGEOS-2 and SPOT-5 too
     python benchmarks/case_speed.py --only leo --cold                # as on a machine's first day
 
-heyoka keeps compiled code on disk, so that a system is compiled once on a machine; ``--cold`` leaves
-that aside. Seconds are of the processor (one thread): a busy machine does not change them much.
+heyoka keeps compiled code on disk, so that a system is compiled once on a machine; ``--cold``
+leaves that aside. Seconds are of the processor (one thread): a busy machine does not change them much.
 """
 
 from __future__ import annotations

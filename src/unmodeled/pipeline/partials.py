@@ -7,6 +7,7 @@ effects cost one propagation: only their accelerations along the orbit are neede
 
 from __future__ import annotations
 
+import itertools
 import numpy as np
 
 from unmodeled.core.arrays import Array, as_array
@@ -189,7 +190,7 @@ def _refined(edges: Array, dynamics: Dynamics, stops: tuple[float, ...]) -> Arra
             steps = width * 2.0 ** np.arange(-1, max(np.ceil(np.log2(reach / width)), 0) + 2)
             extra += [time - steps, np.array([time]), time + steps]
     # Between two stops lies a penumbra: panels of half its width within and beside it.
-    for first, second in zip(stops, stops[1:], strict=False):
+    for first, second in itertools.pairwise(stops):
         if second - first < np.median(np.diff(edges)):
             extra.append(np.linspace(1.5 * first - 0.5 * second, 1.5 * second - 0.5 * first, 5))
     if not extra or len(edges) < 2:
