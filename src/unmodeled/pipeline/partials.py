@@ -8,6 +8,7 @@ effects cost one propagation: only their accelerations along the orbit are neede
 from __future__ import annotations
 
 import itertools
+
 import numpy as np
 
 from unmodeled.core.arrays import Array, as_array
