@@ -43,7 +43,7 @@ ROTATION = "rotation"
 #: Parameters whose default is a place-holder: they must come from the file, the card or the craft.
 _MUST_BE_GIVEN = re.compile(
     r"GM|GM_.*|R_ref|J\d+|[CS]_\d+_\d+|drag_(B|rho0|r0|H)|.*_t0|thrust_t_(on|off)|mascon\d+_[xyz]"
-    r"|srp_CrA_m|shadow_radius|sun_radius|tide_k2|power_law_r0|lense_thirring_J"
+    r"|srp_CrA_m|shadow_radius|sun_radius|tide_k2|power_law_r0|lense_thirring_J|tide_day|pole_tide_(m1|m2|x|y)"
 )
 
 

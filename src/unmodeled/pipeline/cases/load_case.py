@@ -72,7 +72,12 @@ class Ground:
         body, craft = _body(config.body, folder), _spacecraft(config.spacecraft)
         kernel = _kernel(config.ephemeris, folder)
         around = Surroundings(body, config.epoch, config.frame, kernel)
-        return cls(body, craft, around, read_known(config.known, Surveyed(body, craft), folder))
+        return cls(
+            body,
+            craft,
+            around,
+            read_known(config.known, Surveyed(body, craft, config.epoch), folder),
+        )
 
     def dynamics(self, start: float, end: float) -> Dynamics:
         """Return the known model in surroundings that hold a little beyond start and end, s."""
