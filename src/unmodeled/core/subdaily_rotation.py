@@ -21,8 +21,8 @@ _J2000, _CENTURY = 2_451_545.0, 36_525.0
 _MICROARCSECOND = np.pi / 648_000e6
 _MICROSECOND = 1e-6
 
-# Multipliers of GMST + pi, l, l', F, D, Omega; then sine and cosine of x_p, of y_p (microarcseconds)
-# and of UT1 (microseconds).
+# Multipliers of GMST + pi, l, l', F, D, Omega; then sine and cosine of x_p and of y_p
+# (microarcseconds) and of UT1 (microseconds).
 _OCEAN: Sequence[tuple[float, ...]] = (  # [IERS2010] Tables 8.2a, 8.2b, 8.3a, 8.3b
     (1, -2, 0, -2, 0, -2, 0.30, 3.42, -3.42, 0.30, 1.034, -0.314),
     (1, 0, 0, -2, -2, -2, 0.46, 4.15, -4.15, 0.45, 1.187, -0.387),

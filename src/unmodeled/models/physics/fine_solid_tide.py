@@ -68,8 +68,8 @@ class FineSolidTide(Effect):
     with eta_0 = 1, eta_1 = -i. Source: [IERS2010] Eq. 6.6-6.8. The first
     sum holds how k2 depends on the order, the lag of the bulge, degree 3, and degree 4 raised by
     degree 2; the second how the response depends on frequency: the free nutation of the core
-    makes the tide near a sidereal day (K1) smaller. Waves below 1e-12 and that of 19 years, which stands still, are left
-    out (6e-12 in C21, 2e-11 in C20). With
+    makes the tide near a sidereal day (K1) smaller. Waves below 1e-12 and that of
+    19 years, which stands still, are left out (3e-12 in C21, 2e-11 in C20). With
     ``tide_k2`` = 0.30190 in `SolidTide` the two together are the tide of the conventions (tide
     free). Earth only; body-fixed axes, equator and prime meridian of the ITRF. ``fine_tide_scale``
     is 1 for the Earth, 0 for none. ``tide_day`` is where time zero lies.

@@ -222,7 +222,9 @@ def _candidates(
     wanted = config.candidates
     if isinstance(wanted, tuple) and not wanted:
         return ()
-    every = default_candidates(ground.body, dynamics, arcs, ground.craft, ground.known.instruments)
+    every = default_candidates(
+        ground.body, dynamics, arcs, ground.craft, ground.known.instruments, config.epoch
+    )
     names = [c.name for c in every]
     listed = wanted.exclude if isinstance(wanted, ExcludeConfig) else wanted
     if listed == "default":
