@@ -15,7 +15,7 @@ import numpy as np
 
 from unmodeled.core.arrays import Array
 
-__all__ = ["subdaily_rotation", "tidal_arguments"]
+__all__ = ["LIBRATION", "subdaily_rotation", "tidal_arguments"]
 
 _J2000, _CENTURY = 2_451_545.0, 36_525.0
 _MICROARCSECOND = np.pi / 648_000e6
@@ -66,7 +66,8 @@ _OCEAN: Sequence[tuple[float, ...]] = (  # [IERS2010] Tables 8.2a, 8.2b, 8.3a, 8
     (2, 0, 0, 0, 0, -1, -11.44, 5.75, 5.32, 6.87, -0.627, 0.015),
     (2, 1, 0, 0, 0, 0, -1.77, 1.79, 1.71, 1.04, -0.146, 0.037),
 )
-_LIBRATION: Sequence[tuple[float, ...]] = (  # [IERS2010] Tables 5.1a, 5.1b
+#: The same columns.
+LIBRATION: Sequence[tuple[float, ...]] = (  # [IERS2010] Tables 5.1a, 5.1b
     (1, -1, 0, -2, 0, -2, -2.3, 1.3, -1.3, -2.3, 0.0, 0.0),
     (1, 0, 0, -2, 0, -1, -2.1, 1.2, -1.2, -2.1, 0.0, 0.0),
     (1, 0, 0, -2, 0, -2, -11.4, 6.5, -6.5, -11.4, 0.0, 0.0),
@@ -78,7 +79,7 @@ _LIBRATION: Sequence[tuple[float, ...]] = (  # [IERS2010] Tables 5.1a, 5.1b
     (2, 0, 0, -2, 2, -2, 0.0, 0.0, 0.0, 0.0, 0.76, -0.44),
     (2, 0, 0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.21, -0.12),
 )
-_WAVES = np.array([*_OCEAN, *_LIBRATION])
+_WAVES = np.array([*_OCEAN, *LIBRATION])
 
 
 def subdaily_rotation(tt1: float, tt2: Array) -> Array:

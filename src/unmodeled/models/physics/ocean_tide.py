@@ -23,7 +23,8 @@ _DEGREE = 4
 _M1 = {-1: 0.1886}  # what the node splits off Q1 and O1: the potential's ratio
 _M2 = {-1: -0.0373}
 #: Multipliers of GMST + pi, l, l', F, D, Omega; what the node splits off, by steps of Omega, as a
-#: share; C+ and S+ of the order of the wave and degrees 2, 3 and 4, 1e-12.
+#: share; C+ and S+ of the order of the wave and degrees 2, 3 and 4, 1e-11. P1 has the sign that its
+#: neighbour K1 demands (copies of the table have the other): its potential is -0.331 of K1's.
 _WAVES: tuple[tuple[tuple[int, ...], dict[int, float], tuple[float, ...]], ...] = (
     ((1, 1, 0, 2, 0, 2), _M1, (-3.75105, -3.54595, 0.87847, 3.23688, -0.85943, -2.72810)),  # Q1
     (
@@ -31,7 +32,7 @@ _WAVES: tuple[tuple[tuple[int, ...], dict[int, float], tuple[float, ...]], ...] 
         _M1,
         (-16.83767, -18.02652, -1.71828, 13.48984, -1.84095, -14.34306),
     ),  # O1
-    ((1, 0, 0, 2, -2, 2), {}, (6.70855, 6.15415, 2.46513, -1.63987, -1.80098, 6.00830)),  # P1
+    ((1, 0, 0, 2, -2, 2), {}, (-6.70855, -6.15415, -2.46513, 1.63987, 1.80098, -6.00830)),  # P1
     (
         (1, 0, 0, 0, 0, 0),
         {-1: -0.0198, 1: 0.1357},
@@ -67,11 +68,11 @@ class OceanTide(Effect):
     the solid Earth. Waves Q1, O1, P1, K1 (order 1), N2, M2, S2, K2 (order 2), Mm, Mf and
     Ssa (order 0), degrees 2 to 4; each has the neighbour that the node splits off,
     in proportion to the tide-generating potential. What goes the other way round, or has another
-    order, pushes a satellite to and fro within a day and is left out (below 1 mm at LAGEOS), as
+    order, pushes a satellite to and fro within a day and is left out (mm at LAGEOS), as
     are smaller waves and the tide of the air. Earth only; body-fixed axes of the ITRF.
     ``ocean_tide_scale`` is 1 for the Earth, 0 for none. ``tide_day`` is where time zero lies.
 
-    Size: 1e-10 m/s2 at LAGEOS, a tenth of the solid tide of the Sun.
+    Size: 6e-10 in C22 and 3e-10 in C21, 7 % of the solid tide; 5e-10 m/s2 at LAGEOS.
 
     Confused with: the solid tide (k2 seems 7 % smaller to a high satellite). Not to be combined
     with another ocean tide.
@@ -109,7 +110,7 @@ def _field(s: Symbols) -> Coefficients:
         m = multipliers[0]
         c, sine = wave(s, multipliers, beside)
         for n in range(2, _DEGREE + 1):
-            p, q = (1e-12 * a for a in amplitudes[2 * n - 4 : 2 * n - 2])
+            p, q = (1e-11 * a for a in amplitudes[2 * n - 4 : 2 * n - 2])
             before = found.get((n, m), (zero, zero))
             along, across = p * c + q * sine, q * c - p * sine
             found[n, m] = (before[0] + along, before[1] + (across if m else zero))
