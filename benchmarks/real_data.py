@@ -144,13 +144,11 @@ def row(name: str, rung: Rung, d: Diagnosis, seconds: float) -> dict[str, Any]:
 def print_days(dropped: Sequence[str]) -> None:
     """Fit each day of a week of LAGEOS-2 alone; print how far it is off, cm."""
     case = load(Rung("lageos2.yaml", lambda e: [] if e["effect"] in dropped else [e]))
-    off = [
-        100.0 * rms(fit_orbits(case.dynamics, [arc], case.estimate))
-        for arc in (*case.arcs, *case.held_out)
-    ]
-    print(
-        "without", ", ".join(dropped) or "nothing", "cm:", *(f"{cm:.2f}" for cm in off), flush=True
-    )
+    print("without", ", ".join(dropped) or "nothing", "cm:", end="", flush=True)
+    for arc in (*case.arcs, *case.held_out):
+        off = 100.0 * rms(fit_orbits(case.dynamics, [arc], case.estimate))
+        print(f" {off:.2f}", end="", flush=True)
+    print()
 
 
 def main() -> None:
