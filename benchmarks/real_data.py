@@ -2,10 +2,13 @@
 
 UNMODELED_DATA=../shared/real python benchmarks/real_data.py
 UNMODELED_DATA=../shared/real python benchmarks/real_data.py --only moon srp
+UNMODELED_DATA=../shared/real python benchmarks/real_data.py --days
+UNMODELED_DATA=../shared/real python benchmarks/real_data.py --days --drop ocean_tide
 
 Each rung is a case file less one line of its known model. The table says how far the fit is off
 with all and without it, whether the effect is found (its place among the candidates at first look,
-the class that the data cannot tell apart) and its estimate beside the accepted value.
+the class that the data cannot tell apart) and its estimate beside the accepted value. With --days
+nothing is sought: each day of LAGEOS-2's week is fitted alone, with all or less what is dropped.
 """
 
 from __future__ import annotations
@@ -13,7 +16,7 @@ from __future__ import annotations
 import argparse
 import os
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -25,12 +28,15 @@ from unmodeled.pipeline.cases.case import Case
 from unmodeled.pipeline.cases.load_case import case_from_mapping
 from unmodeled.pipeline.diagnosis.diagnose import diagnose
 from unmodeled.pipeline.diagnosis.result import Diagnosis
-from unmodeled.pipeline.orbit_fit import OrbitFit
+from unmodeled.pipeline.orbit_fit import OrbitFit, fit_orbits
 from unmodeled.pipeline.yaml12 import read_yaml
 
 ROOT = Path(__file__).parents[1]
 DATA = Path(os.environ.get("UNMODELED_DATA", ROOT.parent / "shared" / "real"))
 LAGEOS2, SPOT5 = "lageos2-three-days.yaml", "spot5-one-day.yaml"
+
+#: Tides that are raised by another body.
+RAISED = ("solid_tide", "fine_solid_tide", "ocean_tide")
 
 Entry = dict[str, Any]
 
@@ -58,11 +64,11 @@ class Rung:
 
 
 def without(effect: str, body: str | None = None) -> Callable[[Entry], list[Entry]]:
-    """Drop an entry; who does not know a body does not know its tide."""
+    """Drop an entry; who does not know a body does not know its tides."""
 
     def change(entry: Entry) -> list[Entry]:
         gone = entry["effect"] == effect and entry.get("body") == body
-        return [] if gone or (body and entry["effect"] == "solid_tide") else [entry]
+        return [] if gone or (body and entry["effect"] in RAISED) else [entry]
 
     return change
 
@@ -135,12 +141,27 @@ def row(name: str, rung: Rung, d: Diagnosis, seconds: float) -> dict[str, Any]:
     return line
 
 
+def print_days(dropped: Sequence[str]) -> None:
+    """Fit each day of a week of LAGEOS-2 alone; print how far it is off, cm."""
+    case = load(Rung("lageos2.yaml", lambda e: [] if e["effect"] in dropped else [e]))
+    print("without", ", ".join(dropped) or "nothing", "cm:", end="", flush=True)
+    for arc in (*case.arcs, *case.held_out):
+        off = 100.0 * rms(fit_orbits(case.dynamics, [arc], case.estimate))
+        print(f" {off:.2f}", end="", flush=True)
+    print()
+
+
 def main() -> None:
     """Run the rungs, print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--only", nargs="+", choices=list(RUNGS), default=list(RUNGS))
+    parser.add_argument("--days", action="store_true", help="fit the days of a week, no search")
+    parser.add_argument("--drop", nargs="+", default=[], help="effects that --days leaves out")
     parser.add_argument("--out", type=Path, default=None, help="table, .csv")
     chosen = parser.parse_args()
+    if chosen.days:
+        print_days(chosen.drop)
+        return
     lines = []
     for name in chosen.only:
         start = time.perf_counter()

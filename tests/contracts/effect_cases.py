@@ -16,13 +16,16 @@ from unmodeled.models.physics import (
     Effect,
     EmpiricalSunlight,
     ExponentialDrag,
+    FineSolidTide,
     ImpulsiveManoeuvre,
     LenseThirring,
     LinearRadial,
     Mascon,
     NonGravitationalA123,
+    OceanTide,
     OncePerRevolutionRTN,
     PointMass,
+    PoleTide,
     PowerLawGravity,
     PoyntingRobertson,
     ScaledField,
@@ -134,6 +137,7 @@ LIGHT = {"srp_CrA_m": 0.7, "srp_pressure": 0.9, "au": 4.0}
 # A Sun as wide as the body, as seen from the Moon: the penumbra is everywhere.
 ECLIPSE = LIGHT | {"shadow_radius": 1.05, "sun_radius": 2.0}
 TIDE = {"tide_k2": 0.6, "R_ref": 0.9, "GM_sun": 2.0, "GM_moon": 0.7}
+WAVES = {"GM": 1.3, "R_ref": 0.9, "tide_day": 5915.5}
 RELATIVITY = {"GM": 1.3, "c": 3.0}
 AIR = {"drag_B": 0.6, "drag_rho0": 0.4, "drag_r0": 1.1, "drag_H": 1.3, "drag_omega": 0.2}
 MASCON = {"mascon1_GM": 0.15, "mascon1_x": 0.3, "mascon1_y": -0.2, "mascon1_z": 0.1}
@@ -212,6 +216,19 @@ EFFECT_CASES: dict[str, EffectCase] = {
     "published field 4": published(4),
     "published tesserals 3-6, order 2": published(6, 2, "tesserals", 3),
     "published zonals 5": published(5, part="zonals", axisymmetric=True),
+    # Waves of 1e-12 are made to matter, and light bodies that Love numbers do not drown them.
+    "fine solid tide": EffectCase(
+        FineSolidTide(),
+        WAVES | {"fine_tide_scale": 1e7, "GM_sun": 2e-3, "GM_moon": 3e-3} | SPIN,
+        spinning=True,
+        tracks=MOVING,
+    ),
+    "ocean tide": EffectCase(OceanTide(), WAVES | {"ocean_tide_scale": 1e9}, tracks=MOVING),
+    "pole tide": EffectCase(
+        PoleTide(),
+        {"GM": 1.3, "R_ref": 0.9, "pole_tide_scale": 40.0}
+        | {"pole_tide_m1": 1.2, "pole_tide_m2": -0.7, "pole_tide_x": 0.4, "pole_tide_y": -0.9},
+    ),
     "solid tide": EffectCase(SolidTide(), TIDE, tracks=MOVING),
     "solid tide of the Moon, still": EffectCase(
         SolidTide(("moon",)),

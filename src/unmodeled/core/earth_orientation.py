@@ -4,7 +4,7 @@ Celestial pole and origin after IAU 2006/2000A_R06 [IERS2010, ch. 5], Earth rota
 polar motion, UT1 and celestial pole offsets.  "ICRF" here means axes: those of the GCRS, with the
 origin at the Earth's centre of mass.  The daily table is interpolated by a cubic spline: straight
 lines would bend at midnight, which turns into jumps of 1e-6 m/s in the velocity of a satellite.
-Tides in UT1 and the pole with periods of a day and less are left out (below 1 mas, 5e-9 rad).
+What the pole and UT1 do within a day is not in such tables and added (`core.subdaily_rotation`).
 """
 
 from __future__ import annotations
@@ -21,17 +21,21 @@ from scipy.interpolate import CubicSpline
 
 from unmodeled.core.arrays import Array, as_array, check_increasing
 from unmodeled.core.errors import DataError
+from unmodeled.core.subdaily_rotation import subdaily_rotation
 from unmodeled.core.time import terrestrial_time
 
 __all__ = [
     "EarthOrientation",
+    "days_since_j2000",
     "earth_rotation_vector",
     "icrf_from_itrf",
     "inertial_from_earth_fixed",
     "installed_earth_orientation",
+    "pole_at",
 ]
 
 _MJD_ZERO = 2_400_000.5
+_MJD_J2000 = 51_544.5
 _DAY = 86_400.0
 _TT_MINUS_TAI = 32.184
 # Nodes of the celestial pole, a day apart over this number: the shortest nutation periods are
@@ -56,6 +60,9 @@ class EarthOrientation:
         Celestial pole offsets dX, dY to IAU 2006/2000A, rad.
     source : str
         Where the table comes from.
+    subdaily : bool
+        True: tides of a day and less are to be added, as to every table of daily values of the
+        IERS.
 
     Raises
     ------
@@ -70,6 +77,7 @@ class EarthOrientation:
     offset_x: Array
     offset_y: Array
     source: str = ""
+    subdaily: bool = True
 
     def __post_init__(self) -> None:
         n = len(self.mjd)
@@ -212,6 +220,41 @@ def earth_rotation_vector(
     return np.stack([half[:, 2, 1], half[:, 0, 2], half[:, 1, 0]], axis=1)
 
 
+def days_since_j2000(epoch: str, table: EarthOrientation | None = None) -> float:
+    """Return how far an epoch lies after J2000.0 (12 h) on the clock of the turning Earth, UT1, d.
+
+    Raises
+    ------
+    DataError
+        If the epoch cannot be read, or lies outside the table.
+    """
+    tai, found = _at_epoch(epoch, table)
+    return (tai[0] - _MJD_J2000) + tai[1] + float(found[0][0]) / _DAY
+
+
+def pole_at(epoch: str, table: EarthOrientation | None = None) -> tuple[float, float]:
+    """Return the daily pole (x, y) at an epoch, rad.
+
+    Raises
+    ------
+    DataError
+        If the epoch cannot be read, or lies outside the table.
+    """
+    _, found = _at_epoch(epoch, table)
+    return float(found[1][0]), float(found[2][0])
+
+
+def _at_epoch(
+    epoch: str, table: EarthOrientation | None
+) -> tuple[tuple[float, float], tuple[Array, ...]]:
+    """TAI as a modified Julian date in two parts, and the columns of the table."""
+    start = terrestrial_time(epoch, 0.0)
+    tai = float(start.jd1) - _MJD_ZERO, float(start.jd2) - _TT_MINUS_TAI / _DAY
+    whole = np.array([tai[0] + tai[1]])
+    utc = whole - _tai_minus_utc(whole) / _DAY
+    return tai, (table or installed_earth_orientation()).at(utc)
+
+
 class _Orientation:
     """Rotations on one span of time: the slow part as a spline, the fast part exactly."""
 
@@ -231,6 +274,9 @@ class _Orientation:
         tai = (tt[0] - _MJD_ZERO, tt[1] - _TT_MINUS_TAI / _DAY)
         utc = tai[0] + tai[1] - _tai_minus_utc(tai[0] + tai[1]) / _DAY
         ut1_minus_tai, xp, yp, dx, dy = self.table.at(utc)
+        if self.table.subdaily:
+            more = subdaily_rotation(*tt)
+            xp, yp, ut1_minus_tai = xp + more[:, 0], yp + more[:, 1], ut1_minus_tai + more[:, 2]
         ut1 = (tt[0], tai[1] + ut1_minus_tai / _DAY)
         x, y, s = self.pole(seconds).T
         celestial = erfa.c2ixys(x + dx, y + dy, s)

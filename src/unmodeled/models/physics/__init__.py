@@ -8,12 +8,15 @@ from unmodeled.models.physics.dynamics import Dynamics
 from unmodeled.models.physics.ecom import EmpiricalSunlight
 from unmodeled.models.physics.effect import Effect, Symbols, Vector
 from unmodeled.models.physics.egm2008 import egm2008_values
+from unmodeled.models.physics.fine_solid_tide import FineSolidTide
 from unmodeled.models.physics.inertial_acceleration import ConstantInertial
 from unmodeled.models.physics.lense_thirring import LenseThirring
 from unmodeled.models.physics.linear_radial import LinearRadial
 from unmodeled.models.physics.manoeuvre import ImpulsiveManoeuvre
 from unmodeled.models.physics.mascon import Mascon
+from unmodeled.models.physics.ocean_tide import OceanTide
 from unmodeled.models.physics.point_mass import PointMass
+from unmodeled.models.physics.pole_tide import PoleTide
 from unmodeled.models.physics.power_law import PowerLawGravity
 from unmodeled.models.physics.poynting_robertson import PoyntingRobertson
 from unmodeled.models.physics.relativity import Schwarzschild
@@ -43,13 +46,16 @@ __all__ = [
     "Effect",
     "EmpiricalSunlight",
     "ExponentialDrag",
+    "FineSolidTide",
     "ImpulsiveManoeuvre",
     "LenseThirring",
     "LinearRadial",
     "Mascon",
     "NonGravitationalA123",
+    "OceanTide",
     "OncePerRevolutionRTN",
     "PointMass",
+    "PoleTide",
     "PowerLawGravity",
     "PoyntingRobertson",
     "ScaledField",

@@ -12,12 +12,13 @@ import numpy as np
 from heyoka import model
 
 from unmodeled.core.constants import GM_OF, RADIUS_OF
+from unmodeled.core.earth_orientation import days_since_j2000, pole_at
 from unmodeled.core.errors import ConfigError
 from unmodeled.datasets.bodies import Body
 from unmodeled.models.physics import Effect, SolarRadiationPressure
 from unmodeled.pipeline.cases.spacecraft import Spacecraft
 
-__all__ = ["EARTH_MOON", "Surveyed", "egm2008_coefficients", "gm_of"]
+__all__ = ["EARTH_MOON", "Surveyed", "egm2008_coefficients", "gm_of", "tidal_values"]
 
 #: The Earth with the Moon as one body at their barycentre: what an asteroid is attracted by.
 EARTH_MOON = "earth_moon"
@@ -27,6 +28,7 @@ _ZONAL = re.compile(r"J(\d+)")
 _GM = re.compile(r"GM_(\w+)")
 #: Angular momentum of the Earth for each unit of mass, m2/s, [IERS2010] section 10.3.
 _EARTH_SPIN = 9.8e8
+_MAS = math.radians(1e-3 / 3600.0)
 
 
 @dataclass(frozen=True)
@@ -39,10 +41,13 @@ class Surveyed:
         Central body.
     spacecraft : Spacecraft, optional
         Needed by radiation pressure and drag.
+    epoch : str
+        Time zero; needed by the tides.
     """
 
     body: Body
     spacecraft: Spacecraft | None = None
+    epoch: str = ""
 
     def value(self, name: str, effect: Effect) -> float | None:
         """Return the accepted value of a parameter of an effect, SI, or None."""
@@ -94,6 +99,8 @@ class Surveyed:
             known["tide_k2"] = body.love_number_k2
         if body.name == "earth":
             known["lense_thirring_J"] = _EARTH_SPIN
+            if self.epoch:
+                known |= tidal_values(self.epoch)
         return known
 
     def _craft(self) -> dict[str, float]:
@@ -118,6 +125,36 @@ def gm_of(name: str) -> float | None:
     if name == EARTH_MOON:
         return GM_OF["earth"].value + GM_OF["moon"].value
     return GM_OF[name].value if name in GM_OF else None
+
+
+@cache
+def tidal_values(epoch: str) -> Mapping[str, float]:
+    """Return where time zero and the pole lie, for the tides of the Earth, SI.
+
+    The secular pole is that of [IERS2010], section 7.1.4, revised 2018: 55.0 + 1.677 t and 320.5
+    + 3.460 t milliarcseconds, t years since 2000.0.
+
+    Parameters
+    ----------
+    epoch : str
+        Time zero with its scale.
+
+    Raises
+    ------
+    DataError
+        If the epoch cannot be read, or lies outside the table of Earth orientation.
+    """
+    day = days_since_j2000(epoch)
+    pole_x, pole_y = pole_at(epoch)
+    years = day / 365.25
+    x, y = (55.0 + 1.677 * years) * _MAS, (320.5 + 3.460 * years) * _MAS
+    return {
+        "tide_day": day,
+        "pole_tide_m1": pole_x - x,
+        "pole_tide_m2": y - pole_y,
+        "pole_tide_x": 1.677 * years * _MAS,
+        "pole_tide_y": 3.460 * years * _MAS,
+    }
 
 
 @cache

@@ -38,6 +38,7 @@ from unmodeled.pipeline.cases.push_catalogue import (
 from unmodeled.pipeline.cases.setting import Setting
 from unmodeled.pipeline.cases.setting import force_candidate as _force
 from unmodeled.pipeline.cases.spacecraft import Spacecraft
+from unmodeled.pipeline.cases.tide_catalogue import tide_candidates
 from unmodeled.pipeline.fit_problem import Arc
 
 __all__ = ["candidate_by_name", "default_candidates"]
@@ -53,19 +54,27 @@ def default_candidates(
     arcs: Sequence[Arc],
     spacecraft: Spacecraft | None = None,
     instruments: Sequence[MeasurementEffect] = (),
+    epoch: str = "",
 ) -> tuple[Candidate, ...]:
     """Return everything in the catalogue that makes sense here and that the model lacks.
 
     Parameters
     ----------
-    body, dynamics, arcs, spacecraft
+    body, dynamics, arcs, spacecraft, epoch
         As in `Setting`.
     instruments : sequence of MeasurementEffect
         Known effects of the measurements.
     """
-    s = Setting(body, dynamics, tuple(arcs), spacecraft)
-    forces = [*gravity_candidates(s), *_bodies(s), *_radiation(s), *_relativity(s), *_pushes(s)]
-    forces += push_candidates(s)
+    s = Setting(body, dynamics, tuple(arcs), spacecraft, epoch)
+    forces = [
+        *gravity_candidates(s),
+        *_bodies(s),
+        *tide_candidates(s),
+        *_radiation(s),
+        *_relativity(s),
+        *_pushes(s),
+        *push_candidates(s),
+    ]
     present = {term for effect in dynamics.effects for term in effect.terms}
     fresh = [_of_the_model(c, dynamics) for c in forces if _is_new(c, present, dynamics)]
     names = {p.name for effect in instruments for p in effect.parameters}

@@ -45,6 +45,7 @@ _MUST_BE_GIVEN = re.compile(
     r"GM|GM_.*|R_ref|J\d+|[CS]_\d+_\d+|drag_(B|rho0|r0|H)|.*_t0|thrust_t_(on|off)|mascon\d+_[xyz]"
     r"|srp_CrA_m|shadow_radius|sun_radius|tide_k2|power_law_r0|lense_thirring_J"
     r"|occulter_radius|friction_v0|recoil_tau|tide_own_GM"
+    r"|tide_day|pole_tide_(m1|m2|x|y)"
 )
 
 

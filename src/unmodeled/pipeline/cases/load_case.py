@@ -72,7 +72,12 @@ class Ground:
         body, craft = _body(config.body, folder), _spacecraft(config.spacecraft)
         kernel = _kernel(config.ephemeris, folder)
         around = Surroundings(body, config.epoch, config.frame, kernel)
-        return cls(body, craft, around, read_known(config.known, Surveyed(body, craft), folder))
+        return cls(
+            body,
+            craft,
+            around,
+            read_known(config.known, Surveyed(body, craft, config.epoch), folder),
+        )
 
     def dynamics(self, start: float, end: float) -> Dynamics:
         """Return the known model in surroundings that hold a little beyond start and end, s."""
@@ -217,7 +222,9 @@ def _candidates(
     wanted = config.candidates
     if isinstance(wanted, tuple) and not wanted:
         return ()
-    every = default_candidates(ground.body, dynamics, arcs, ground.craft, ground.known.instruments)
+    every = default_candidates(
+        ground.body, dynamics, arcs, ground.craft, ground.known.instruments, config.epoch
+    )
     names = [c.name for c in every]
     listed = wanted.exclude if isinstance(wanted, ExcludeConfig) else wanted
     if listed == "default":

@@ -36,12 +36,15 @@ class Setting:
         What was measured.
     spacecraft : Spacecraft, optional
         Its area and mass.
+    epoch : str
+        Time zero with its scale; without it there are no tides of the oceans and the pole.
     """
 
     body: Body
     dynamics: Dynamics
     arcs: tuple[Arc, ...]
     spacecraft: Spacecraft | None = None
+    epoch: str = ""
 
     @property
     def gm(self) -> float:

@@ -182,7 +182,7 @@ def add(
 def addable(case: Case) -> tuple[Candidate, ...]:
     """Return the candidates of a case and the rest of the catalogue that its model lacks."""
     every = default_candidates(
-        case.body, case.dynamics, case.arcs, case.spacecraft, case.instruments
+        case.body, case.dynamics, case.arcs, case.spacecraft, case.instruments, case.epoch
     )
     own = {c.name for c in case.candidates}
     return (*case.candidates, *(c for c in every if c.name not in own))
@@ -226,7 +226,7 @@ def _names_in_model(case: Case) -> set[str]:
     effects = case.dynamics.effects
     point = [e for e in effects if "GM" in {p.name for p in e.parameters}]
     bare = case.dynamics.with_effects(point[:1] or effects, case.dynamics.values)
-    offered = default_candidates(case.body, bare, case.arcs, case.spacecraft)
+    offered = default_candidates(case.body, bare, case.arcs, case.spacecraft, epoch=case.epoch)
     present = {e.name for e in effects} | {e.name for e in case.instruments}
     return {c.name for c in offered} | present
 
