@@ -5,8 +5,7 @@
     python benchmarks/case_speed.py --only leo --cold                # as on a machine's first day
 
 heyoka keeps compiled code on disk, so that a system is compiled once on a machine; ``--cold``
-leaves that aside. Seconds are of the processor (one thread): a busy machine does not change them
-much.
+leaves that aside. Seconds are of the processor (one thread): a busy machine hardly changes them.
 """
 
 from __future__ import annotations

@@ -27,6 +27,9 @@ _EMPTY = 1e-9
 _SHARE = 1e-9
 #: Orbits that are kept of each arc.
 _KEPT = 2
+#: Share by which the state of an arc may move before its panels are laid out anew: they only have
+#: to be short enough everywhere.
+_SAME = 1e-4
 
 
 @dataclass(frozen=True)
@@ -121,6 +124,7 @@ class FitProblem:
         self.prior = np.array([0.0 if s is None else 1.0 / s**2 for s in estimate.values()])
         self.forces = tuple(n for n in self.names if n not in declared)
         self._given = {n: known[n].value for n in declared}
+        self._edges: dict[int, tuple[ContinuousOrbit, Array]] = {}
         self._flown: dict[int, list[tuple[bytes, ContinuousOrbit]]] = {}
 
     def start(self) -> Point:
@@ -176,7 +180,9 @@ class FitProblem:
         for a, (arc, sets) in enumerate(zip(self.arcs, self.applied(point), strict=True)):
             times = np.unique(np.concatenate([m.times for m in sets]))
             orbit = self._orbit(model, point, a, sets)
-            partials = ArcPartials(model, arc.epoch, point.states[a], times, orbit)
+            edges = self._near_edges(a, orbit)
+            partials = ArcPartials(model, arc.epoch, point.states[a], times, orbit, edges)
+            self._edges[a] = (orbit, partials.edges)
             accelerations = model.parameter_partials(
                 partials.node_states, self.forces, partials.nodes
             )
@@ -278,6 +284,15 @@ class FitProblem:
         # The present iterate and the last trial: a trial that is refused leads back.
         self._flown[a] = [*known[-_KEPT + 1 :], (key, orbit)]
         return orbit
+
+    def _near_edges(self, a: int, orbit: ContinuousOrbit) -> Array | None:
+        """Panels of the last linearisation of an arc if its orbit was nearly the same."""
+        if a not in self._edges:
+            return None
+        last, edges = self._edges[a]
+        moved = np.linalg.norm((orbit.state - last.state).reshape(2, 3), axis=1)
+        near = bool(np.all(moved < _SAME * np.linalg.norm(orbit.state.reshape(2, 3), axis=1)))
+        return edges if near and (last.start, last.end) == (orbit.start, orbit.end) else None
 
     def _values(self, point: Point) -> Iterator[tuple[str, float]]:
         for p, v in zip(self.parameters, point.values, strict=True):

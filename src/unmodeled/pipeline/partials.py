@@ -44,6 +44,8 @@ class ArcPartials:
         When the answer is wanted, s, strictly increasing; may begin before the epoch.
     orbit : ContinuousOrbit, optional
         The orbit, if it has been integrated already.
+    edges : ndarray (k + 1,), optional
+        ``edges`` of the partials of an orbit next to this one on the same interval.
 
     Attributes
     ----------
@@ -52,6 +54,8 @@ class ArcPartials:
         The orbit at ``times``.
     transition : ndarray (n, 6, 6)
         d state(t) / d initial state.
+    edges : ndarray (k + 1,)
+        Of the panels of equal phase, s.
     nodes : ndarray (k,)
         Where accelerations are asked for, s.
     node_states : ndarray (k, 6)
@@ -72,13 +76,15 @@ class ArcPartials:
         state: Array,
         times: Array,
         orbit: ContinuousOrbit | None = None,
+        edges: Array | None = None,
     ) -> None:
         self.times = as_array(times, ("n",), "times")
         if not len(self.times):
             raise DataError("no times", allowed="at least one")
         start, end = min(epoch, self.times[0]), max(epoch, self.times[-1])
         orbit = orbit or dynamics.fly(state, epoch, start, end)
-        panels = Panels(_refined(_panels(dynamics, orbit, start, end), dynamics, orbit.stops))
+        self.edges = _panels(dynamics, orbit, start, end) if edges is None else edges
+        panels = Panels(_refined(self.edges, dynamics, orbit.stops))
         self._panels, self.nodes = panels, panels.nodes.ravel()
         self.node_states, self.states = orbit.states(self.nodes), orbit.states(self.times)
         # Lengths and speeds in units of their own size: the matrices are then well conditioned.

@@ -16,12 +16,14 @@ Indices: TypeAlias = npt.NDArray[np.intp]
 
 #: Gauss-Legendre nodes of a panel.
 NODES = 8
-_X, _W = legendre.leggauss(NODES)
+_X: Array = np.asarray(legendre.leggauss(NODES)[0], dtype=np.float64)
+_W: Array = np.asarray(legendre.leggauss(NODES)[1], dtype=np.float64)
 #: Lagrange's polynomials of the nodes in Legendre's basis, (degree, node); exact by Gauss's rule.
-_LAGRANGE = (legendre.legvander(_X, NODES - 1) * _W[:, None]).T * (np.arange(NODES) + 0.5)[:, None]
+_VALUES: Array = np.asarray(legendre.legvander(_X, NODES - 1), dtype=np.float64)
+_LAGRANGE = (_VALUES * _W[:, None]).T * (np.arange(NODES) + 0.5)[:, None]
 #: Their first and second integrals from -1 on.
-_ONCE = legendre.legint(_LAGRANGE, lbnd=-1)
-_TWICE = legendre.legint(_LAGRANGE, 2, lbnd=-1)
+_ONCE: Array = np.asarray(legendre.legint(_LAGRANGE, lbnd=-1), dtype=np.float64)
+_TWICE: Array = np.asarray(legendre.legint(_LAGRANGE, 2, lbnd=-1), dtype=np.float64)
 
 
 class Panels:
@@ -57,7 +59,7 @@ class Panels:
         if not len(self.half):
             return np.zeros(len(times), dtype=int), np.zeros((len(times), NODES))
         panel, x = self.place(times)
-        return panel, legendre.legval(x, _ONCE).T * self.half[panel][:, None]
+        return panel, _integral(_ONCE, x) * self.half[panel][:, None]
 
 
 class Transition:
@@ -65,7 +67,8 @@ class Transition:
 
     G and D are the derivatives of the acceleration by position and velocity along an orbit. The
     equations are linear, so that collocation at the nodes of each panel (the implicit Runge-Kutta
-    method of Gauss, of order 16 from panel to panel, [Hairer1993] section II.7) is one small
+    method of Gauss, of order 16 from panel to panel, [Hairer1993]
+    section II.7) is one small
     linear system a panel, all solved at once. Lengths are in units of ``length``, speeds in units
     of ``speed``.
 
@@ -84,7 +87,7 @@ class Transition:
         count, step = len(panels.half), panels.half
         G = partials[:, :, :3].reshape(count, NODES, 3, 3)
         D = partials[:, :, 3:].reshape(count, NODES, 3, 3)
-        first, second = legendre.legval(_X, _ONCE).T, legendre.legval(_X, _TWICE).T
+        first, second = _integral(_ONCE, _X), _integral(_TWICE, _X)
         h = step[:, None, None, None, None]
         # K_i - sum_j [h^2 b_ij G_i + h a_ij D_i] K_j = G_i (r + h c_i v) + D_i v
         matrix = -(h**2) * second[:, None, :, None] * G[:, :, :, None, :]
@@ -95,8 +98,7 @@ class Transition:
         unit = np.linalg.solve(matrix, right.reshape(count, 3 * NODES, 6))
         unit = unit.reshape(count, NODES, 3, 6)
         start, ends = np.eye(6), np.ones(count)
-        across = self._matrices(unit, np.eye(6), legendre.legval(ends, _ONCE).T,
-                                legendre.legval(ends, _TWICE).T, ends, step)  # fmt: skip
+        across = self._matrices(unit, np.eye(6), ends, step)
         self._starts = np.empty((count, 6, 6))
         for k in range(count):
             self._starts[k] = start
@@ -106,25 +108,27 @@ class Transition:
     def at(self, times: Array) -> Array:
         """Return Phi (n, 6, 6) at any times within the panels."""
         panel, x = self._panels.place(times)
-        return self._matrices(self._rates[panel], self._starts[panel],
-                              legendre.legval(x, _ONCE).T, legendre.legval(x, _TWICE).T,
-                              x, self._panels.half[panel])  # fmt: skip
+        half = self._panels.half[panel]
+        return self._matrices(self._rates[panel], self._starts[panel], x, half)
 
     def at_nodes(self) -> Array:
         """Return Phi (k NODES, 6, 6) at the nodes."""
         return self.at(self._panels.nodes.ravel())
 
-    def _matrices(
-        self, rates: Array, start: Array, once: Array, twice: Array, x: Array, half: Array
-    ) -> Array:
-        """Matrices from rates (n, NODES, 3, 6) of the velocity and the matrix at the panel's start.
+    def _matrices(self, rates: Array, start: Array, x: Array, half: Array) -> Array:
+        """Matrices (n, 6, 6) at ``x`` of panels, from the rates (n, NODES, 3, 6) of the velocity.
 
-        ``once`` and ``twice`` (n, NODES) are the integrals of Lagrange's polynomials up to ``x``.
+        ``start`` holds the matrices at the beginning of the panels.
         """
         step = half[:, None, None]
         out = np.array(np.broadcast_to(start, (len(x), 6, 6)))
         velocity = out[:, 3:].copy()
-        out[:, 3:] += step * np.einsum("nj,njab->nab", once, rates)
-        push = step**2 * np.einsum("nj,njab->nab", twice, rates)
+        out[:, 3:] += step * np.einsum("nj,njab->nab", _integral(_ONCE, x), rates)
+        push = step**2 * np.einsum("nj,njab->nab", _integral(_TWICE, x), rates)
         out[:, :3] += self._ratio * ((1.0 + x)[:, None, None] * step * velocity + push)
         return out
+
+
+def _integral(table: Array, x: Array) -> Array:
+    """Integrals (n, NODES) of Lagrange's polynomials from -1 to ``x``."""
+    return np.asarray(legendre.legval(x, table).T, dtype=np.float64)

@@ -174,11 +174,12 @@ class Dynamics:
     def state_partials(self, points: Any, times: Any = 0.0) -> Array:
         """Return d acceleration / d state, shape (n, 3, 6)."""
         # Effect by effect: a model with one effect more compiles the derivatives of that one only.
-        total = 0.0
+        states = self._moving(points)
+        total = np.zeros((len(states), 18))
         for part in self._parts:
             function = compiled.state_partials_function(part.system)
-            total = total + part._evaluate(function, self._moving(points), times)
-        return np.asarray(total).reshape(-1, 3, 6)
+            total += part._evaluate(function, states, times)
+        return total.reshape(-1, 3, 6)
 
     def parameter_partials(self, points: Any, names: Sequence[str], times: Any = 0.0) -> Array:
         """Return d acceleration / d parameter, shape (n, 3, p), in the order of ``names``."""
