@@ -30,6 +30,7 @@ from unmodeled.models.physics import (
     SunLinePush,
     ThermosphereDrag,
     ThirdBody,
+    UnknownPerturber,
     Zonal,
 )
 from unmodeled.models.physics.spherical_harmonics import coefficient_names
@@ -54,11 +55,14 @@ class EffectCase:
     axisymmetric: bool = False
     spinning: bool = False
     tracks: Tracks | None = None
+    #: the source moves by a law of its own: the potential depends on time
+    moves: bool = False
 
     @property
     def steady(self) -> bool:
         """The potential, if there is one, does not depend on time but by the spin."""
-        return self.potential and (self.tracks is None or self.tracks.degree == 0)
+        still = self.tracks is None or self.tracks.degree == 0
+        return self.potential and still and not self.moves
 
 
 def coefficients(degree, order=None, min_degree=2):
@@ -131,6 +135,11 @@ TIDE = {"tide_k2": 0.6, "R_ref": 0.9, "GM_sun": 2.0, "GM_moon": 0.7}
 RELATIVITY = {"GM": 1.3, "c": 3.0}
 AIR = {"drag_B": 0.6, "drag_rho0": 0.4, "drag_r0": 1.1, "drag_H": 1.3, "drag_omega": 0.2}
 MASCON = {"mascon1_GM": 0.15, "mascon1_x": 0.3, "mascon1_y": -0.2, "mascon1_z": 0.1}
+PERTURBER = {"GM": 1.3, "perturber1_GM": 0.8, "perturber1_a": 5.0, "perturber1_longitude": 0.7} | {
+    "perturber1_t0": 0.2,
+    "perturber1_inclination": 0.4,
+    "perturber1_node": 0.9,
+}
 PUSH = {"manoeuvre1_t0": 0.5, "manoeuvre1_width": 0.6}
 THRUST = {"thrust_t_on": 0.2, "thrust_t_off": 1.4, "thrust_width": 0.5}
 SIX = (0.3, -0.2, 0.1, 0.4, -0.5, 0.6)
@@ -229,4 +238,5 @@ EFFECT_CASES: dict[str, EffectCase] = {
     "thrust, RTN": moving(
         ContinuousThrust("rtn"), THRUST | named("thrust_a_", "RTN"), axisymmetric=True
     ),
+    "unknown perturber": EffectCase(UnknownPerturber(), PERTURBER, moves=True),
 }

@@ -23,6 +23,7 @@ from unmodeled.models.physics.sun_line_push import SunLinePush
 from unmodeled.models.physics.tesseral import Tesseral
 from unmodeled.models.physics.thermosphere_drag import ThermosphereDrag
 from unmodeled.models.physics.third_body import ThirdBody
+from unmodeled.models.physics.unknown_perturber import UnknownPerturber
 from unmodeled.models.physics.variational_orbit import VariationalOrbit
 from unmodeled.models.physics.yarkovsky import NonGravitationalA123
 from unmodeled.models.physics.zonal import Zonal
@@ -53,6 +54,7 @@ __all__ = [
     "Tesseral",
     "ThermosphereDrag",
     "ThirdBody",
+    "UnknownPerturber",
     "VariationalOrbit",
     "Vector",
     "Zonal",

@@ -90,5 +90,7 @@ class Candidate:
         The prior of a refit: a place is kept near where it was found, for elsewhere it may leave
         no trace.
         """
-        spread = float(np.ptp([place[name] for place in self.places]))
-        return max(spread / max(len(self.places) - 1, 1), 1e-9 * max(spread, 1.0))
+        # Each value once: on a grid of two parameters every one of them comes many times.
+        values = np.unique([place[name] for place in self.places])
+        spread = float(np.ptp(values))
+        return max(spread / max(len(values) - 1, 1), 1e-9 * max(spread, 1.0))

@@ -32,6 +32,7 @@ from unmodeled.pipeline.cases.instrument_catalogue import instrument_candidates
 from unmodeled.pipeline.cases.setting import Setting
 from unmodeled.pipeline.cases.setting import force_candidate as _force
 from unmodeled.pipeline.cases.spacecraft import Spacecraft
+from unmodeled.pipeline.cases.unknown_bodies import unknown_bodies
 from unmodeled.pipeline.fit_problem import Arc
 
 __all__ = ["candidate_by_name", "default_candidates"]
@@ -59,6 +60,7 @@ def default_candidates(
     """
     s = Setting(body, dynamics, tuple(arcs), spacecraft)
     forces = [*gravity_candidates(s), *_bodies(s), *_radiation(s), *_relativity(s), *_pushes(s)]
+    forces += unknown_bodies(s)
     present = {term for effect in dynamics.effects for term in effect.terms}
     fresh = [_of_the_model(c, dynamics) for c in forces if _is_new(c, present, dynamics)]
     names = {p.name for effect in instruments for p in effect.parameters}
