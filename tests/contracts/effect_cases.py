@@ -12,15 +12,19 @@ from unmodeled.models.physics import (
     ConstantInertial,
     ConstantRTN,
     ContinuousThrust,
+    DeSitter,
     Effect,
+    Ellipsoid,
     ExponentialDrag,
     ImpulsiveManoeuvre,
     LenseThirring,
     LinearRadial,
     Mascon,
+    Mesh,
     NonGravitationalA123,
     OncePerRevolutionRTN,
     PointMass,
+    Polyhedron,
     PowerLawGravity,
     ScaledField,
     Schwarzschild,
@@ -135,6 +139,14 @@ TIDE = {"tide_k2": 0.6, "R_ref": 0.9, "GM_sun": 2.0, "GM_moon": 0.7}
 RELATIVITY = {"GM": 1.3, "c": 3.0}
 AIR = {"drag_B": 0.6, "drag_rho0": 0.4, "drag_r0": 1.1, "drag_H": 1.3, "drag_omega": 0.2}
 MASCON = {"mascon1_GM": 0.15, "mascon1_x": 0.3, "mascon1_y": -0.2, "mascon1_z": 0.1}
+ELLIPSOID = {"GM": 1.3, "ellipsoid_scale": 0.9} | dict(
+    zip(("ellipsoid_a", "ellipsoid_b", "ellipsoid_c"), (0.9, 0.7, 0.5), strict=True)
+)
+#: A tetrahedron whose centroid is not the origin.
+BRICK = Mesh(
+    [[0.9, 0, -0.3], [-0.5, 0.7, -0.4], [-0.4, -0.6, -0.3], [0.1, 0.1, 0.8]],
+    [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+)
 PERTURBER = {"GM": 1.3, "perturber1_GM": 0.8, "perturber1_a": 5.0, "perturber1_longitude": 0.7} | {
     "perturber1_t0": 0.2,
     "perturber1_inclination": 0.4,
@@ -238,5 +250,12 @@ EFFECT_CASES: dict[str, EffectCase] = {
     "thrust, RTN": moving(
         ContinuousThrust("rtn"), THRUST | named("thrust_a_", "RTN"), axisymmetric=True
     ),
+    "de Sitter": moving(
+        DeSitter(),
+        {"GM_sun": 2.0, "c": 3.0, "de_sitter_h": 1.7, "de_sitter_scale": 0.9},
+        tracks=MOVING,
+    ),
+    "ellipsoid": EffectCase(Ellipsoid(4), ELLIPSOID),
+    "polyhedron": EffectCase(Polyhedron(BRICK, 4), {"GM": 1.3, "polyhedron_scale": 0.9}),
     "unknown perturber": EffectCase(UnknownPerturber(), PERTURBER, moves=True),
 }

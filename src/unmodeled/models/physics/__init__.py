@@ -2,16 +2,21 @@
 
 from unmodeled.models.physics.albedo import Albedo
 from unmodeled.models.physics.continuous_thrust import ContinuousThrust
+from unmodeled.models.physics.de_sitter import DeSitter
 from unmodeled.models.physics.drag import ExponentialDrag
 from unmodeled.models.physics.dynamics import Dynamics
 from unmodeled.models.physics.effect import Effect, Symbols, Vector
 from unmodeled.models.physics.egm2008 import egm2008_values
+from unmodeled.models.physics.ellipsoid import Ellipsoid
 from unmodeled.models.physics.inertial_acceleration import ConstantInertial
 from unmodeled.models.physics.lense_thirring import LenseThirring
 from unmodeled.models.physics.linear_radial import LinearRadial
 from unmodeled.models.physics.manoeuvre import ImpulsiveManoeuvre
 from unmodeled.models.physics.mascon import Mascon
+from unmodeled.models.physics.mesh import Mesh
 from unmodeled.models.physics.point_mass import PointMass
+from unmodeled.models.physics.polyhedron import Polyhedron
+from unmodeled.models.physics.polyhedron_sums import PolyhedronGravity, polyhedron_gravity
 from unmodeled.models.physics.power_law import PowerLawGravity
 from unmodeled.models.physics.relativity import Schwarzschild
 from unmodeled.models.physics.rtn_acceleration import ConstantRTN, OncePerRevolutionRTN
@@ -33,16 +38,21 @@ __all__ = [
     "ConstantInertial",
     "ConstantRTN",
     "ContinuousThrust",
+    "DeSitter",
     "Dynamics",
     "Effect",
+    "Ellipsoid",
     "ExponentialDrag",
     "ImpulsiveManoeuvre",
     "LenseThirring",
     "LinearRadial",
     "Mascon",
+    "Mesh",
     "NonGravitationalA123",
     "OncePerRevolutionRTN",
     "PointMass",
+    "Polyhedron",
+    "PolyhedronGravity",
     "PowerLawGravity",
     "ScaledField",
     "Schwarzschild",
@@ -60,4 +70,5 @@ __all__ = [
     "Zonal",
     "coefficient_names",
     "egm2008_values",
+    "polyhedron_gravity",
 ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -27,6 +27,8 @@ class Mesh:
         Rows of ``vertices``, counted from 0, counter-clockwise as seen from outside.
     name : str
         For error texts and reports; no part of the comparison.
+    unit : float
+        Length of the unit of the file that it came from, m; no part of the comparison.
 
     Raises
     ------
@@ -43,7 +45,8 @@ class Mesh:
 
     vertices: Array
     faces: Faces
-    name: str = field(default="mesh", compare=False)
+    name: str = "mesh"
+    unit: float = 1.0
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -72,7 +75,9 @@ class Mesh:
             )
 
     def _check_closed(self) -> None:
-        edges = np.concatenate([self.faces[:, [0, 1]], self.faces[:, [1, 2]], self.faces[:, [2, 0]]])
+        edges = np.concatenate(
+            [self.faces[:, [0, 1]], self.faces[:, [1, 2]], self.faces[:, [2, 0]]]
+        )
         if np.any(edges[:, 0] == edges[:, 1]):
             raise DataError(f"{self.name}: a face has a vertex twice", do="drop the empty faces")
         there, count = np.unique(edges, axis=0, return_counts=True)

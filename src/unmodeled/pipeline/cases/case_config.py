@@ -110,9 +110,7 @@ class MeasurementConfig(Section):
                     do="write e.g. {target: 1, center: 10, start: 0 d, end: 3650 d, step: 5 d}: "
                     "NAIF numbers of what moves and of the body, and when it is sampled",
                 )
-            wrong = [
-                k for k in ("frame", "time_scale", "station", "satellite") if getattr(self, k)
-            ]
+            wrong = [k for k in ("frame", "time_scale", "station", "satellite") if getattr(self, k)]
             if wrong or self.every != 1:
                 raise ConfigError(
                     f"{self.file} is a kernel, which has no {wrong[0] if wrong else 'every'}",
@@ -212,7 +210,7 @@ class CaseConfig(Section):
     measurements: Annotated[tuple[MeasurementConfig, ...], Field(min_length=1)]
     arcs: ArcsConfig = ArcsConfig()
     initial_state: StateConfig | None = None
-    candidates: Literal["default"] | tuple[str, ...] | ExcludeConfig = "default"
+    candidates: Literal["default"] | tuple[str | dict[str, Any], ...] | ExcludeConfig = "default"
     false_alarm: Annotated[float, Field(gt=0, lt=0.5)] = 0.01
     seed: Annotated[int, Field(ge=0, lt=2**63, strict=True)] = 1
 

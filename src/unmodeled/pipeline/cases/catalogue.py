@@ -15,6 +15,7 @@ from unmodeled.models.physics import (
     Albedo,
     ConstantInertial,
     ConstantRTN,
+    DeSitter,
     Dynamics,
     Effect,
     ExponentialDrag,
@@ -216,6 +217,20 @@ def _relativity(s: Setting) -> list[Candidate]:
                 {"lense_thirring_J": 9.8e8},
                 known={key: (1.0, 0.01)},
                 positive=(key,),
+            )
+        )
+    if s.body.name == "earth" and "sun" in s.bodies:
+        key = "de_sitter_scale"
+        gm = {"GM_sun": s.dynamics.values.get("GM_sun", GM_OF["sun"].value)}
+        found.append(
+            _force(
+                "de_sitter",
+                "geodetic precession",
+                DeSitter(),
+                {key: 1.0},
+                "relativity",
+                gm,
+                known={key: (1.0, 0.01)},
             )
         )
     return found
