@@ -22,8 +22,9 @@ __all__ = ["NAIF_NUMBERS", "KernelEphemeris"]
 
 _DAY = 86_400.0
 _SUN = 10
-#: NAIF numbers of bodies in order of preference. From Mars outwards the barycentre of planet and satellites:
-#: planetary kernels have nothing else, and its attraction goes with the GM of the whole system.
+#: NAIF numbers of bodies in order of preference. From Mars outwards the barycentre of planet and
+#: satellites: planetary kernels have nothing else, and its attraction goes with the GM of the
+#: whole system.
 NAIF_NUMBERS: dict[str, tuple[int, ...]] = {
     "sun": (_SUN,),
     "mercury": (199, 1),

@@ -40,8 +40,9 @@ class Polyhedron(Effect):
         (\bar C_{nm}\cos m\lambda + \bar S_{nm}\sin m\lambda)
 
     Source: [Werner1997a] for the coefficients of a polyhedron, which are exact, and
-    [MontenbruckGill2000] section 3.2 for the series. It stands beside a `PointMass`; GM = G density volume. Degree 1 is
-    the offset of the origin of the mesh from its centroid. s is ``polyhedron_scale``.
+    [MontenbruckGill2000] section 3.2 for the series. It stands beside a `PointMass`; GM is G times
+    density and volume. Degree 1 is the offset of the origin of the mesh from its centroid. s is
+    ``polyhedron_scale``.
 
     The series holds outside the sphere about the origin that contains the mesh, and is as good as
     its degree: nearer, on a landing, use `polyhedron_gravity`, which sums the closed form of

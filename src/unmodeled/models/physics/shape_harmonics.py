@@ -74,15 +74,15 @@ def mesh_harmonics(mesh: Mesh, degree: int, radius: float) -> dict[str, float]:
     corners = mesh.corners / radius
     sizes = np.linalg.det(corners)
     volume = sizes.sum() / 6.0
-    total = dict.fromkeys(coefficient_names(degree), 0.0)
+    total: dict[str, float] = dict.fromkeys(coefficient_names(degree), 0.0)
     for share, part in zip(shares, weights, strict=True):
         values = solid_harmonics(np.einsum("k,fki->fi", share, corners), degree)
         for name, value in values.items():
             total[name] += part * float(sizes @ value)
     found = {}
-    for name, value in total.items():
+    for name, integral in total.items():
         n = int(name.split("_")[1])
-        found[name] = value / ((n + 3) * (2 * n + 1) * volume)
+        found[name] = float(integral / ((n + 3) * (2 * n + 1) * volume))
     return found
 
 

@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from unmodeled.core.constants import G
 from unmodeled.core.errors import ConfigError
 from unmodeled.datasets.shape_file import read_shape
@@ -22,7 +24,7 @@ SHAPE_KEYS: Mapping[str, tuple[str, ...]] = {
 }
 #: What stands for a mesh where only the names of parameters matter.
 _ANY = Mesh(
-    [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+    np.vstack([np.zeros(3), np.eye(3)]), np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
 )
 
 
