@@ -67,7 +67,7 @@ def test_damaged_files_are_refused(tmp_path, lines, name, message):
 
 
 def test_a_scale_and_a_file_are_needed(tmp_path):
-    with pytest.raises(ConfigError, match="scale of a.obj is 0"):
+    with pytest.raises(ConfigError, match=r"scale of a\.obj is 0"):
         read_shape(file(tmp_path, VERTICES + FACES), 0.0)
     with pytest.raises(DataError, match="there is no shape"):
         read_shape(tmp_path / "b.obj", 1.0)
