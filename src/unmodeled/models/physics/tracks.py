@@ -69,7 +69,7 @@ class Tracks:
         Raises
         ------
         NumericalError
-            If no degree up to 61 reaches the tolerance.
+            If no degree up to 91 reaches the tolerance.
 
         Examples
         --------
@@ -128,7 +128,7 @@ def fit_series(
     Raises
     ------
     NumericalError
-        If no degree up to 61 reaches the tolerance.
+        If no degree up to 91 reaches the tolerance.
     """
     if not functions:
         return {}
