@@ -13,7 +13,9 @@ from unmodeled.models.physics import (
     ConstantInertial,
     ConstantRTN,
     ContinuousThrust,
+    DeSitter,
     Effect,
+    Ellipsoid,
     EmpiricalSunlight,
     ExponentialDrag,
     FineSolidTide,
@@ -21,11 +23,13 @@ from unmodeled.models.physics import (
     LenseThirring,
     LinearRadial,
     Mascon,
+    Mesh,
     NonGravitationalA123,
     OceanTide,
     OncePerRevolutionRTN,
     PointMass,
     PoleTide,
+    Polyhedron,
     PowerLawGravity,
     PoyntingRobertson,
     ScaledField,
@@ -38,6 +42,7 @@ from unmodeled.models.physics import (
     ThermosphereDrag,
     ThirdBody,
     TidalLag,
+    UnknownPerturber,
     VelocityDrag,
     Zonal,
 )
@@ -63,11 +68,14 @@ class EffectCase:
     axisymmetric: bool = False
     spinning: bool = False
     tracks: Tracks | None = None
+    #: the source moves by a law of its own: the potential depends on time
+    moves: bool = False
 
     @property
     def steady(self) -> bool:
         """The potential, if there is one, does not depend on time but by the spin."""
-        return self.potential and (self.tracks is None or self.tracks.degree == 0)
+        still = self.tracks is None or self.tracks.degree == 0
+        return self.potential and still and not self.moves
 
 
 def coefficients(degree, order=None, min_degree=2):
@@ -141,6 +149,19 @@ WAVES = {"GM": 1.3, "R_ref": 0.9, "tide_day": 5915.5}
 RELATIVITY = {"GM": 1.3, "c": 3.0}
 AIR = {"drag_B": 0.6, "drag_rho0": 0.4, "drag_r0": 1.1, "drag_H": 1.3, "drag_omega": 0.2}
 MASCON = {"mascon1_GM": 0.15, "mascon1_x": 0.3, "mascon1_y": -0.2, "mascon1_z": 0.1}
+ELLIPSOID = {"GM": 1.3, "ellipsoid_scale": 0.9} | dict(
+    zip(("ellipsoid_a", "ellipsoid_b", "ellipsoid_c"), (0.9, 0.7, 0.5), strict=True)
+)
+#: A tetrahedron whose centroid is not the origin.
+BRICK = Mesh(
+    [[0.9, 0, -0.3], [-0.5, 0.7, -0.4], [-0.4, -0.6, -0.3], [0.1, 0.1, 0.8]],
+    [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+)
+PERTURBER = {"GM": 1.3, "perturber1_GM": 0.8, "perturber1_a": 5.0, "perturber1_longitude": 0.7} | {
+    "perturber1_t0": 0.2,
+    "perturber1_inclination": 0.4,
+    "perturber1_node": 0.9,
+}
 PUSH = {"manoeuvre1_t0": 0.5, "manoeuvre1_width": 0.6}
 THRUST = {"thrust_t_on": 0.2, "thrust_t_off": 1.4, "thrust_width": 0.5}
 FADING = {"recoil_tau": 1.7, "recoil_t0": 0.2}
@@ -297,4 +318,12 @@ EFFECT_CASES: dict[str, EffectCase] = {
         {"tide_k2": 0.6, "R_ref": 0.9, "tide_lag": 0.7, "tide_own_GM": 0.4, "tide_spin": 0.8},
         axisymmetric=True,
     ),
+    "de Sitter": moving(
+        DeSitter(),
+        {"GM_sun": 2.0, "c": 3.0, "de_sitter_h": 1.7, "de_sitter_scale": 0.9},
+        tracks=MOVING,
+    ),
+    "ellipsoid": EffectCase(Ellipsoid(4), ELLIPSOID),
+    "polyhedron": EffectCase(Polyhedron(BRICK, 4), {"GM": 1.3, "polyhedron_scale": 0.9}),
+    "unknown perturber": EffectCase(UnknownPerturber(), PERTURBER, moves=True),
 }

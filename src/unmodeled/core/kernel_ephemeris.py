@@ -18,13 +18,14 @@ from unmodeled.core.errors import ConfigError, DataError
 from unmodeled.core.kepler_orbit import HeliocentricOrbit
 from unmodeled.core.time import terrestrial_time
 
-__all__ = ["KernelEphemeris"]
+__all__ = ["NAIF_NUMBERS", "KernelEphemeris"]
 
 _DAY = 86_400.0
 _SUN = 10
-# NAIF numbers in order of preference. From Mars outwards the barycentre of planet and satellites:
-# planetary kernels have nothing else, and its attraction goes with the GM of the whole system.
-_NUMBERS: dict[str, tuple[int, ...]] = {
+#: NAIF numbers of bodies in order of preference. From Mars outwards the barycentre of planet and
+#: satellites: planetary kernels have nothing else, and its attraction goes with the GM of the
+#: whole system.
+NAIF_NUMBERS: dict[str, tuple[int, ...]] = {
     "sun": (_SUN,),
     "mercury": (199, 1),
     "venus": (299, 2),
@@ -79,7 +80,7 @@ class KernelEphemeris:
             self._segments.setdefault(segment.target, []).append(segment)
         self._named = {
             name: next(n for n in numbers if n in self._segments or n == _SUN)
-            for name, numbers in _NUMBERS.items()
+            for name, numbers in NAIF_NUMBERS.items()
             if any(n in self._segments for n in numbers) or name == "sun"
         }
 

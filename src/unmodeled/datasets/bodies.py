@@ -238,7 +238,7 @@ def body_names() -> list[str]:
     Examples
     --------
     >>> body_names()
-    ['bennu', 'earth', 'eros', 'mars', 'moon']
+    ['bennu', 'earth', 'eros', 'mars', 'moon', 'sun']
     """
     return sorted(p.stem for p in _CARDS.glob("*.yaml"))
 

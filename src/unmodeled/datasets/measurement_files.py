@@ -195,7 +195,8 @@ def _read(
     if suffix == ".bsp":
         raise ConfigError(
             f"{path.name} is an SPK kernel: it has no times of its own",
-            do="use unmodeled.datasets.spk.read_spk with a step",
+            do="use unmodeled.datasets.spk.read_spk with a step; in a case file, give target, "
+            "center, start, end and step",
         )
     if suffix not in _SUFFIXES:
         raise DataError(

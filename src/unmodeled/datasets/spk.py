@@ -22,6 +22,7 @@ from unmodeled.datasets.measurements import Kind, Measurements
 __all__ = ["read_spk"]
 
 _KM = 1e3
+_ICRF = 1
 
 
 def read_spk(
@@ -31,8 +32,8 @@ def read_spk(
     target: int,
     center: int,
     sigma: npt.ArrayLike,
-    start: str,
-    end: str,
+    start: str | float,
+    end: str | float,
     step: float,
     epoch: str | None = None,
     label: str | None = None,
@@ -49,8 +50,8 @@ def read_spk(
         NAIF numbers, e.g. 2101955 (Bennu) and 10 (Sun). Segments are joined where needed.
     sigma : array_like
         As in `Measurements`.
-    start, end : str
-        First and last date, with their scales.
+    start, end : str or float
+        First and last moment: dates with their scales, or seconds since ``epoch``.
     step : float
         Seconds between samples.
     epoch : str, optional
@@ -66,24 +67,32 @@ def read_spk(
     Raises
     ------
     ConfigError
-        On another kind, a step that is not positive, an end before the start, or where the
-        package jplephem is not installed.
+        On another kind, a step that is not positive, an end before the start, seconds without an
+        epoch, or where the package jplephem is not installed.
     DataError
-        If the file is missing or no kernel, lacks one of the bodies, does not cover the dates, or
-        has a type of data that jplephem does not read.
+        If the file is missing or no kernel, lacks one of the bodies, does not cover the dates, is
+        not along ICRF axes, or has a type of data that jplephem does not read.
     """
     path = Path(path)
     if kind not in ("position", "position_velocity"):
         raise ConfigError(f'{path.name}: kind is "{kind}"', allowed="position, position_velocity")
-    span = seconds_between(start, end)
+    zero = epoch or (start if isinstance(start, str) else "")
+    if not zero:
+        raise ConfigError(
+            f"{path.name}: start is {start} s and time zero is not given",
+            do='give epoch, or a date such as "2000-01-01T12:00:00 TDB"',
+        )
+    first, last = (
+        seconds_between(zero, t) if isinstance(t, str) else float(t) for t in (start, end)
+    )
+    span = last - first
     if not (np.isfinite(step) and step > 0 and span > 0):
         raise ConfigError(
             f"{path.name}: step {step} s from {start} to {end}",
             allowed="step > 0 s, end after start",
         )
-    zero = epoch or start
     # A share of a step beyond the end is rounding.
-    times = seconds_between(zero, start) + np.arange(0.0, span + 1e-6 * step, step)
+    times = first + np.arange(0.0, span + 1e-6 * step, step)
     tdb = terrestrial_time(zero, times).tdb
     kernel = _open(path)
     try:
@@ -146,6 +155,12 @@ def _states(kernel: Any, body: int, file: str, tdb: Any) -> tuple[Array, int]:
 
 
 def _compute(segment: Any, one: Array, two: Array, file: str) -> Array:
+    if segment.frame != _ICRF:
+        raise DataError(
+            f"{file}: a segment is along the axes of NAIF frame {segment.frame}",
+            allowed="frame 1 (J2000, ICRF axes)",
+            do="convert the kernel",
+        )
     try:
         position, velocity = segment.compute_and_differentiate(one, two)
     except (ValueError, NotImplementedError) as exc:

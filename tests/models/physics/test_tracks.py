@@ -56,7 +56,7 @@ def test_what_cannot_be():
         Tracks(2.0, 1.0)
     with pytest.raises(ConfigError, match=r"^tracks of different degrees\. Fit them together\.$"):
         Tracks(0.0, 1.0, {"sun": np.ones((1, 3)), "moon": np.ones((2, 3))})
-    with pytest.raises(NumericalError, match=r"^positions over 7000 s need more than degree 61 \("):
+    with pytest.raises(NumericalError, match=r"^positions over 7000 s need more than degree 91 \("):
         Tracks.fit({"moon": moon}, 0.0, 7000.0)
     tracks = Tracks.fit({"moon": moon}, 0.0, 7.0)
     with pytest.raises(ConfigError) as caught:

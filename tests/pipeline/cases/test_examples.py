@@ -54,7 +54,10 @@ def test_the_page_names_every_key_and_scenario():
         assert f"`{name}`" in PAGE, name
 
 
-def test_the_example_of_the_page_is_valid():
+def test_the_example_of_the_page_is_valid(tmp_path):
+    corners = ["v 0 0 0", "v 1 0 0", "v 0 1 0", "v 0 0 1"]
+    sides = ["f 1 3 2", "f 1 2 4", "f 1 4 3", "f 2 3 4"]
+    (tmp_path / "shape.obj").write_text("\n".join(corners + sides))
     text = PAGE.split("```yaml\n")[1].split("```")[0]
     config = CaseConfig.resolve(parse_scalar(text))
     body = Ground.of(config, Path()).body
@@ -66,7 +69,7 @@ def test_the_example_of_the_page_is_valid():
             entry = parse_scalar(row)
             extra = {"values": {"srp_CrA_m": "0.01 m2/kg"}} if "srp" in row else {}
             extra |= {"drag_B": "0.02 m2/kg"} if "drag" in row else {}
-            read_known([{**entry, **extra}], Surveyed(load_body(on)))
+            read_known([{**entry, **extra}], Surveyed(load_body(on)), tmp_path)
 
 
 @pytest.mark.slow

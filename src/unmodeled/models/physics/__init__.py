@@ -3,20 +3,25 @@
 from unmodeled.models.physics.aerodynamic_lift import AerodynamicLift
 from unmodeled.models.physics.albedo import Albedo
 from unmodeled.models.physics.continuous_thrust import ContinuousThrust
+from unmodeled.models.physics.de_sitter import DeSitter
 from unmodeled.models.physics.drag import ExponentialDrag
 from unmodeled.models.physics.dynamics import Dynamics
 from unmodeled.models.physics.ecom import EmpiricalSunlight
 from unmodeled.models.physics.effect import Effect, Symbols, Vector
 from unmodeled.models.physics.egm2008 import egm2008_values
+from unmodeled.models.physics.ellipsoid import Ellipsoid
 from unmodeled.models.physics.fine_solid_tide import FineSolidTide
 from unmodeled.models.physics.inertial_acceleration import ConstantInertial
 from unmodeled.models.physics.lense_thirring import LenseThirring
 from unmodeled.models.physics.linear_radial import LinearRadial
 from unmodeled.models.physics.manoeuvre import ImpulsiveManoeuvre
 from unmodeled.models.physics.mascon import Mascon
+from unmodeled.models.physics.mesh import Mesh
 from unmodeled.models.physics.ocean_tide import OceanTide
 from unmodeled.models.physics.point_mass import PointMass
 from unmodeled.models.physics.pole_tide import PoleTide
+from unmodeled.models.physics.polyhedron import Polyhedron
+from unmodeled.models.physics.polyhedron_sums import PolyhedronGravity, polyhedron_gravity
 from unmodeled.models.physics.power_law import PowerLawGravity
 from unmodeled.models.physics.poynting_robertson import PoyntingRobertson
 from unmodeled.models.physics.relativity import Schwarzschild
@@ -31,6 +36,7 @@ from unmodeled.models.physics.thermal_recoil import ThermalRecoil
 from unmodeled.models.physics.thermosphere_drag import ThermosphereDrag
 from unmodeled.models.physics.third_body import ThirdBody
 from unmodeled.models.physics.tidal_lag import TidalLag
+from unmodeled.models.physics.unknown_perturber import UnknownPerturber
 from unmodeled.models.physics.variational_orbit import VariationalOrbit
 from unmodeled.models.physics.velocity_drag import VelocityDrag
 from unmodeled.models.physics.yarkovsky import NonGravitationalA123
@@ -42,8 +48,10 @@ __all__ = [
     "ConstantInertial",
     "ConstantRTN",
     "ContinuousThrust",
+    "DeSitter",
     "Dynamics",
     "Effect",
+    "Ellipsoid",
     "EmpiricalSunlight",
     "ExponentialDrag",
     "FineSolidTide",
@@ -51,11 +59,14 @@ __all__ = [
     "LenseThirring",
     "LinearRadial",
     "Mascon",
+    "Mesh",
     "NonGravitationalA123",
     "OceanTide",
     "OncePerRevolutionRTN",
     "PointMass",
     "PoleTide",
+    "Polyhedron",
+    "PolyhedronGravity",
     "PowerLawGravity",
     "PoyntingRobertson",
     "ScaledField",
@@ -70,10 +81,12 @@ __all__ = [
     "ThermosphereDrag",
     "ThirdBody",
     "TidalLag",
+    "UnknownPerturber",
     "VariationalOrbit",
     "Vector",
     "VelocityDrag",
     "Zonal",
     "coefficient_names",
     "egm2008_values",
+    "polyhedron_gravity",
 ]

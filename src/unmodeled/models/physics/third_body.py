@@ -11,7 +11,7 @@ from unmodeled.core.parameters import Parameter
 from unmodeled.models.physics.effect import Effect, Symbols, Vector
 from unmodeled.models.physics.vectors import combine, dot, norm
 
-__all__ = ["ThirdBody", "third_body_gm"]
+__all__ = ["ThirdBody", "attraction", "attraction_potential", "third_body_gm"]
 
 
 def third_body_gm(body: str) -> Parameter:
@@ -71,22 +71,30 @@ class ThirdBody(Effect):
 
     def acceleration(self, s: Symbols) -> Vector:
         """Return the difference of the attractions on spacecraft and centre."""
-        place = s.bodies[self.body]
-        d = combine([expression(1.0), expression(-1.0)], [place, s.position])
-        # With q = (r.r - 2 r.s) / s.s: d^3 = s^3 (1 + q)^(3/2), and 1 - 1/(1+q)^(3/2) below is
-        # exact for small q.
-        q = dot(s.position, combine([expression(1.0), expression(-2.0)], [s.position, place]))
-        q = q / dot(place, place)
-        root = norm(d) / norm(place)
-        share = q * (3.0 + q * (3.0 + q)) / (1.0 + root * root * root)
-        cube = norm(d) * norm(d) * norm(d)
-        factor = s[f"GM_{self.body}"] / cube
-        return combine([-factor, -factor * share], [s.position, place])
+        return attraction(s[f"GM_{self.body}"], s.position, s.bodies[self.body])
 
     def potential(self, s: Symbols) -> expression:
         """Return mu (1/d - r.s / s^3)."""
-        place = s.bodies[self.body]
-        d = combine([expression(1.0), expression(-1.0)], [place, s.position])
-        size = norm(place)
-        along = dot(s.position, place) / (size * size * size)
-        return s[f"GM_{self.body}"] * (1.0 / norm(d) - along)
+        return attraction_potential(s[f"GM_{self.body}"], s.position, s.bodies[self.body])
+
+
+def attraction(gm: expression, position: Vector, place: Vector) -> Vector:
+    """Return the attraction of a mass at ``place`` less that on the origin."""
+    d = combine([expression(1.0), expression(-1.0)], [place, position])
+    # With q = (r.r - 2 r.s) / s.s: d^3 = s^3 (1 + q)^(3/2), and 1 - 1/(1+q)^(3/2) below is
+    # exact for small q.
+    q = dot(position, combine([expression(1.0), expression(-2.0)], [position, place]))
+    q = q / dot(place, place)
+    root = norm(d) / norm(place)
+    share = q * (3.0 + q * (3.0 + q)) / (1.0 + root * root * root)
+    cube = norm(d) * norm(d) * norm(d)
+    factor = gm / cube
+    return combine([-factor, -factor * share], [position, place])
+
+
+def attraction_potential(gm: expression, position: Vector, place: Vector) -> expression:
+    """Return mu (1/d - r.s / s^3)."""
+    d = combine([expression(1.0), expression(-1.0)], [place, position])
+    size = norm(place)
+    along = dot(position, place) / (size * size * size)
+    return gm * (1.0 / norm(d) - along)

@@ -14,7 +14,7 @@ from unmodeled.core.errors import ConfigError, DataError, NumericalError, neares
 __all__ = ["Tracks", "fit_series"]
 
 #: Degrees that are tried: few different ones, because each is a compilation of its own.
-DEGREES = (0, 5, 11, 17, 27, 41, 61)
+DEGREES = (0, 5, 11, 17, 27, 41, 61, 91)
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class Tracks:
         Raises
         ------
         NumericalError
-            If no degree up to 61 reaches the tolerance.
+            If no degree up to 91 reaches the tolerance.
 
         Examples
         --------
@@ -128,7 +128,7 @@ def fit_series(
     Raises
     ------
     NumericalError
-        If no degree up to 61 reaches the tolerance.
+        If no degree up to 91 reaches the tolerance.
     """
     if not functions:
         return {}

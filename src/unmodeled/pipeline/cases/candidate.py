@@ -90,6 +90,7 @@ class Candidate:
         The prior of a refit: a place is kept near where it was found, for elsewhere it may leave
         no trace.
         """
+        # Each value once: on a grid of two parameters every one of them comes many times.
         values = np.unique([place[name] for place in self.places])
         spread = float(np.ptp(values))
         return max(spread / max(len(values) - 1, 1), 1e-9 * max(spread, 1.0))

@@ -77,6 +77,9 @@ class MeasurementConfig(Section):
     time_scale: str | None = None
     station: str | None = None
     satellite: str | None = None
+    target: int | None = None
+    center: int | None = None
+    step: Any = None
     every: Annotated[int, Field(ge=1)] = 1
     start: Any = None
     end: Any = None
@@ -95,6 +98,38 @@ class MeasurementConfig(Section):
                 '"sigma: file" if its columns state it',
             )
         return self
+
+    @model_validator(mode="after")
+    def _kernels_are_sampled(self) -> MeasurementConfig:
+        wanted = {k: getattr(self, k) for k in ("target", "center", "step", "start", "end")}
+        if self.is_kernel:
+            lacking = [k for k, v in wanted.items() if v is None]
+            if lacking:
+                raise ConfigError(
+                    f"{self.file} is a kernel, and {lacking[0]} is not stated",
+                    do="write e.g. {target: 1, center: 10, start: 0 d, end: 3650 d, step: 5 d}: "
+                    "NAIF numbers of what moves and of the body, and when it is sampled",
+                )
+            wrong = [k for k in ("frame", "time_scale", "station", "satellite") if getattr(self, k)]
+            if wrong or self.every != 1:
+                raise ConfigError(
+                    f"{self.file} is a kernel, which has no {wrong[0] if wrong else 'every'}",
+                    do="drop the key" if wrong else "give a longer step",
+                )
+        else:
+            given = [k for k in ("target", "center", "step") if wanted[k] is not None]
+            if given:
+                raise ConfigError(
+                    f"{self.file} is no kernel, and {given[0]} is stated",
+                    allowed="target, center and step with a .bsp file",
+                    do="drop the key, or take each n-th measurement with every",
+                )
+        return self
+
+    @property
+    def is_kernel(self) -> bool:
+        """True for an SPK kernel, which has no times of its own."""
+        return self.file.lower().endswith(".bsp")
 
     @property
     def sigma_in_file(self) -> bool:
@@ -175,7 +210,7 @@ class CaseConfig(Section):
     measurements: Annotated[tuple[MeasurementConfig, ...], Field(min_length=1)]
     arcs: ArcsConfig = ArcsConfig()
     initial_state: StateConfig | None = None
-    candidates: Literal["default"] | tuple[str, ...] | ExcludeConfig = "default"
+    candidates: Literal["default"] | tuple[str | dict[str, Any], ...] | ExcludeConfig = "default"
     false_alarm: Annotated[float, Field(gt=0, lt=0.5)] = 0.01
     seed: Annotated[int, Field(ge=0, lt=2**63, strict=True)] = 1
 

@@ -15,6 +15,7 @@ from unmodeled.models.physics import (
     Albedo,
     ConstantInertial,
     ConstantRTN,
+    DeSitter,
     Dynamics,
     Effect,
     ExponentialDrag,
@@ -39,6 +40,7 @@ from unmodeled.pipeline.cases.setting import Setting
 from unmodeled.pipeline.cases.setting import force_candidate as _force
 from unmodeled.pipeline.cases.spacecraft import Spacecraft
 from unmodeled.pipeline.cases.tide_catalogue import tide_candidates
+from unmodeled.pipeline.cases.unknown_bodies import unknown_bodies
 from unmodeled.pipeline.fit_problem import Arc
 
 __all__ = ["candidate_by_name", "default_candidates"]
@@ -74,6 +76,7 @@ def default_candidates(
         *_relativity(s),
         *_pushes(s),
         *push_candidates(s),
+        *unknown_bodies(s),
     ]
     present = {term for effect in dynamics.effects for term in effect.terms}
     fresh = [_of_the_model(c, dynamics) for c in forces if _is_new(c, present, dynamics)]
@@ -228,6 +231,20 @@ def _relativity(s: Setting) -> list[Candidate]:
                 {"lense_thirring_J": 9.8e8},
                 known={key: (1.0, 0.01)},
                 positive=(key,),
+            )
+        )
+    if s.body.name == "earth" and "sun" in s.bodies:
+        key = "de_sitter_scale"
+        gm = {"GM_sun": s.dynamics.values.get("GM_sun", GM_OF["sun"].value)}
+        found.append(
+            _force(
+                "de_sitter",
+                "geodetic precession",
+                DeSitter(),
+                {key: 1.0},
+                "relativity",
+                gm,
+                known={key: (1.0, 0.01)},
             )
         )
     return found

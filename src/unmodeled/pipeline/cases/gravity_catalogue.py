@@ -20,6 +20,9 @@ from unmodeled.pipeline.cases.setting import force_candidate as _force
 
 __all__ = ["gravity_candidates"]
 
+#: As planets and spacecraft see it, with what the solutions differ by: [Park2021].
+_J2_OF_THE_SUN = {"J2": (2.2e-7, 0.2e-7)}
+
 
 def gravity_candidates(s: Setting) -> list[Candidate]:
     """Return errors of GM, spin and pole, harmonics, mascons and published fields."""
@@ -35,7 +38,15 @@ def gravity_candidates(s: Setting) -> list[Candidate]:
         size = {"R_ref": s.body.reference_radius}
         return [
             *found,
-            _force("zonal_2", "zonal harmonic J2", Zonal((2,)), {"J2": 1e-6}, "gravity", size),
+            _force(
+                "zonal_2",
+                "zonal harmonic J2",
+                Zonal((2,)),
+                {"J2": 1e-6},
+                "gravity",
+                size,
+                known=_J2_OF_THE_SUN,
+            ),
             _force(
                 "power_law",
                 "gravity that falls as r^-(2+d)",

@@ -14,11 +14,12 @@ from unmodeled.core.parameters import Parameter
 from unmodeled.datasets.measurement_effect import MeasurementEffect
 from unmodeled.datasets.measurement_effects import MEASUREMENT_EFFECTS
 from unmodeled.models import physics
-from unmodeled.models.physics import Effect
+from unmodeled.models.physics import Effect, Mesh
 from unmodeled.models.physics.system import PRIME_MERIDIAN, SPIN_RATE
 from unmodeled.pipeline.cases.accepted_values import Surveyed
 from unmodeled.pipeline.cases.gravity_file import read_gravity_field
 from unmodeled.pipeline.cases.quantities import parse_quantity, write_quantity
+from unmodeled.pipeline.cases.shape_entries import SHAPE_KEYS, mesh_keys, mesh_of, shape_values
 
 __all__ = [
     "AnyEffect",
@@ -46,6 +47,7 @@ _MUST_BE_GIVEN = re.compile(
     r"|srp_CrA_m|shadow_radius|sun_radius|tide_k2|power_law_r0|lense_thirring_J"
     r"|occulter_radius|friction_v0|recoil_tau|tide_own_GM"
     r"|tide_day|pole_tide_(m1|m2|x|y)"
+    r"|ellipsoid_[abc]|perturber\d+_(GM|a|longitude)"
 )
 
 
@@ -116,9 +118,10 @@ def read_known(
     estimate: dict[str, float | None] = {}
     given: dict[str, float] = {}
     for number, entry in enumerate(entries):
-        effect = build_effect(entry, f"known.{number}")
+        effect = build_effect(entry, f"known.{number}", folder)
         stated, free = _numbers(entry, effect, f"known.{number}")
         stated = _tabulated(entry, effect, surveyed, folder) | stated
+        stated = shape_values(entry, effect, stated) | stated
         for name, value in stated.items():
             if given.setdefault(name, value) != value:
                 raise ConfigError(
@@ -142,8 +145,20 @@ def read_known(
     return Known(tuple(effects), values, estimate, tuple(instruments), instrument_values)
 
 
-def build_effect(entry: Mapping[str, Any], where: str = "known") -> AnyEffect | None:
+def build_effect(
+    entry: Mapping[str, Any], where: str = "known", folder: Path | None = None
+) -> AnyEffect | None:
     """Return the effect of one entry without numbers; None for the rotation of the body.
+
+    Parameters
+    ----------
+    entry : mapping
+        Of the ``known`` list.
+    where : str
+        For error texts.
+    folder : Path, optional
+        Where the files of shapes are; without it a shape is some shape: good for the names of
+        its parameters only.
 
     Raises
     ------
@@ -167,6 +182,8 @@ def build_effect(entry: Mapping[str, Any], where: str = "known") -> AnyEffect | 
     cls = _classes()[name]
     structure = {f.name for f in fields(cls)}
     chosen = {k: tuple(v) if isinstance(v, list) else v for k, v in entry.items() if k in structure}
+    if "mesh" in structure:
+        chosen["mesh"] = mesh_of(entry, where, folder)
     missing = [f.name for f in fields(cls) if f.default is MISSING and f.name not in chosen]
     if missing:
         raise ConfigError(f"{where} ({name}) lacks {missing[0]}", do="add it")
@@ -195,7 +212,9 @@ def entry_of(
     entry: dict[str, Any] = {"effect": ROTATION if effect is None else effect.name}
     for f in _structure(effect):
         value = getattr(effect, f.name)
-        if f.default is MISSING or value != f.default:
+        if isinstance(value, Mesh):
+            entry |= mesh_keys(value)
+        elif f.default is MISSING or value != f.default:
             entry[f.name] = list(value) if isinstance(value, tuple) else value
     if values:
         entry["values"] = {n: write_quantity(v, units[n]) for n, v in values.items()}
@@ -241,10 +260,11 @@ def _numbers(
 ) -> tuple[dict[str, float], dict[str, float | None]]:
     """Values that the entry states, and its free parameters."""
     units = {p.name: p.unit for p in _parameters(effect)}
-    structure = {f.name for f in _structure(effect)}
-    source = _TABLES.get(effect.name if effect is not None else ROTATION)
+    structure = {f.name for f in _structure(effect)} - {"mesh"}
+    own = ROTATION if effect is None else effect.name
+    tables = {*SHAPE_KEYS.get(own, ()), *([_TABLES[own]] if own in _TABLES else [])}
     rest = {
-        k: v for k, v in entry.items() if k not in {"effect", "values", "free", source, *structure}
+        k: v for k, v in entry.items() if k not in {"effect", "values", "free", *tables, *structure}
     }
     inner = entry.get("values", {})
     free = entry.get("free", {})
@@ -255,7 +275,7 @@ def _numbers(
             f"{where}: values and free are tables",
             do='write e.g. "values: {J2: 0.0193}, free: {J2: 0.001}" or "free: [J2]"',
         )
-    known = {*units, *structure, "values", "free"} | ({source} if source else set())
+    known = {*units, *structure, *tables, "values", "free"}
     for name in (*rest, *inner, *free):
         if name not in units:
             raise ConfigError(

@@ -24,6 +24,7 @@ from unmodeled.pipeline.cases.catalogue import default_candidates
 from unmodeled.pipeline.cases.cut_arcs import cut
 from unmodeled.pipeline.cases.first_guess import first_guess
 from unmodeled.pipeline.cases.known_effects import Known, read_known
+from unmodeled.pipeline.cases.listed_candidates import listed_candidate
 from unmodeled.pipeline.cases.quantities import parse_quantity
 from unmodeled.pipeline.cases.read_data import read_data
 from unmodeled.pipeline.cases.spacecraft import Spacecraft
@@ -167,7 +168,7 @@ def case_from_mapping(
         estimate=known.estimate,
         instruments=known.instruments,
         instrument_values=known.instrument_values or {},
-        candidates=_candidates(config, ground, dynamics, fit),
+        candidates=_candidates(config, ground, dynamics, fit, folder),
         spacecraft=ground.craft,
         false_alarm=config.false_alarm,
         seed=config.seed,
@@ -217,11 +218,23 @@ def _kernel(given: str, folder: Path) -> str:
 
 
 def _candidates(
-    config: CaseConfig, ground: Ground, dynamics: Dynamics, arcs: tuple[Arc, ...]
+    config: CaseConfig, ground: Ground, dynamics: Dynamics, arcs: tuple[Arc, ...], folder: Path
 ) -> tuple[Candidate, ...]:
     wanted = config.candidates
     if isinstance(wanted, tuple) and not wanted:
         return ()
+    described: list[Candidate] = []
+    if isinstance(wanted, tuple):
+        surveyed = Surveyed(ground.body, ground.craft, config.epoch)
+        shapes = [
+            listed_candidate(entry, surveyed, folder, dynamics)
+            for entry in wanted
+            if not isinstance(entry, str)
+        ]
+        described = [c for c in shapes if c is not None]
+        wanted = tuple(name for name in wanted if isinstance(name, str))
+        if not wanted:
+            return tuple(described)
     every = default_candidates(
         ground.body, dynamics, arcs, ground.craft, ground.known.instruments, config.epoch
     )
@@ -237,4 +250,4 @@ def _candidates(
                 do=nearest(name, names),
             )
     keep = isinstance(wanted, tuple)
-    return tuple(c for c in every if (c.name in listed) == keep)
+    return (*(c for c in every if (c.name in listed) == keep), *described)

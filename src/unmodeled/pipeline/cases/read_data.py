@@ -10,9 +10,11 @@ import numpy as np
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import ConfigError, DataError
-from unmodeled.datasets.measurement_files import read_measurements
+from unmodeled.core.kernel_ephemeris import NAIF_NUMBERS
+from unmodeled.datasets.measurement_files import MeasurementSet, read_measurements
 from unmodeled.datasets.measurement_geometry import polar_angles
 from unmodeled.datasets.measurements import Measurements
+from unmodeled.datasets.spk import read_spk
 from unmodeled.datasets.station import Station
 from unmodeled.pipeline.cases.case_config import (
     CaseConfig,
@@ -64,6 +66,10 @@ def read_data(
         path = _found(entry.file, folders)
         equatorial = entry.frame == _BODY_EQUATOR
         _check_frame(entry, around)
+        if entry.is_kernel:
+            sampled = _sampled(entry, path, config, around)
+            sets += [_turned(m, around.frame_from_icrf) for m in sampled.measurements]
+            continue
         read = read_measurements(
             path,
             entry.kind,
@@ -88,6 +94,40 @@ def read_data(
             turn = around.body.pole_matrix().T
         sets += [_turned(m, turn) for m in read.measurements]
     return tuple(sets)
+
+
+def _sampled(
+    entry: MeasurementConfig, path: Path, config: CaseConfig, around: Surroundings
+) -> MeasurementSet:
+    """Read a kernel where the case says; its centre must be the body of the case."""
+    if entry.target is None or entry.center is None:
+        raise ConfigError(f"{entry.file}: target or center is not stated")  # checked before
+    numbers = NAIF_NUMBERS.get(around.body.name)
+    if numbers is not None and entry.center not in numbers:
+        raise ConfigError(
+            f"center of {entry.file} is {entry.center}, and the body is {around.body.name}",
+            allowed=" or ".join(str(n) for n in numbers),
+        )
+    if entry.light_time:
+        raise ConfigError(
+            f"{entry.file} ({entry.kind}) has no light time in it", do='drop the key "light_time"'
+        )
+    if entry.sigma_in_file:
+        raise ConfigError(
+            f"sigma of {entry.file} is file, and a kernel states none", do="state a number"
+        )
+    return read_spk(
+        path,
+        entry.kind,
+        target=entry.target,
+        center=entry.center,
+        sigma=entry.sigmas(),
+        start=_moment(entry.start, config, entry),
+        end=_moment(entry.end, config, entry),
+        step=parse_quantity(entry.step, "s", f"step of {entry.file}"),
+        epoch=config.epoch,
+        label=entry.label,
+    )
 
 
 def _check_frame(entry: MeasurementConfig, around: Surroundings) -> None:
