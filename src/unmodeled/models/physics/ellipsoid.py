@@ -39,7 +39,7 @@ class Ellipsoid(Effect):
     and smallest axis squared: everywhere outside if the largest axis is less than sqrt(2) times
     the smallest, and always beyond the largest axis.
 
-    Size: Eros as an ellipsoid of 17, 5.5 and 5.5 km: C22 = 0.045 about 17 km.
+    Size: Eros as an ellipsoid of 17, 5.5 and 5.5 km: C22 = 0.045 (unnormalised) about 17 km.
 
     Confused with: C20 and C22, from far away. With equal axes, or s = 0, axes cannot be
     estimated. Not to be combined with zonals or spherical harmonics of the same degrees.

@@ -49,7 +49,7 @@ class Polyhedron(Effect):
     [Werner1997] over all faces and says what is inside. That sum is not compiled: symbols of a few
     hundred faces take minutes to compile, and a real mesh has thousands.
 
-    Size: Eros at 35 km, 16 km beyond its ends, up to a third of the point mass.
+    Size: Eros at 35 km from its centre, twice its Brillouin radius: up to 17 % of the point mass.
 
     Confused with: `SphericalHarmonics`, of which it is a special case; a body that is not
     homogeneous. Not to be combined with zonals or spherical harmonics of the same degrees.

@@ -34,8 +34,8 @@ class UnknownPerturber(Effect):
     ``perturber1_inclination`` about the node. Longitude counts from x along z's equator to the
     node, then along the orbit. By default the plane is the ecliptic of J2000 in ICRF axes.
 
-    Size: Neptune on Uranus at conjunction 2e-7 m/s2 times the share of the year that is near it:
-    4 arcseconds of longitude left in 84 years after the orbit is fitted.
+    Size: Neptune on Uranus at conjunction 2e-9 m/s2; in 84 years that leaves 4 arcseconds of
+    longitude after the orbit is fitted.
 
     Confused with: itself. The direction of the perturber is determined, its distance against its
     mass is not: a nearer lighter body does nearly the same. A distance comes from a second planet,
