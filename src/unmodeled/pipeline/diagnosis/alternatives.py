@@ -14,6 +14,8 @@ __all__ = ["ODDS", "as_good", "other_sets"]
 
 #: What has odds of less than 100 to 1 against it is not excluded.
 ODDS = float(np.log(100.0))
+#: Estimates beyond this many expected sizes are not what their label says.
+_IMPLAUSIBLE = 100.0
 #: Sets of one size that are grown further, by likelihood and by evidence each.
 _BEAM = 12
 #: Ways of growing or changing each.
@@ -95,10 +97,13 @@ def as_good(s: SetScore, chosen: SetScore) -> bool:
     """Say whether the odds against a set are below 100 to 1, by evidence or by the fit alone.
 
     The priors of an effect are a guess; where only they speak against it, the data do not. The fit
-    counts as `SetScore.worth`, with the noise that the chosen set leaves.
+    counts as `SetScore.worth`, with the noise that the chosen set leaves. No guess is wrong by more
+    than a factor of 100: an effect that would have to be larger is excluded by what it is.
     """
     if s.evidence > chosen.evidence - ODDS:
         return True
+    if s.reach > max(_IMPLAUSIBLE, chosen.reach):
+        return False
     return replace(s, noise=chosen.noise).worth > chosen.worth - 2.0 * ODDS
 
 

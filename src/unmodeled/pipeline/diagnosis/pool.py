@@ -77,6 +77,11 @@ class SetScore:
     wrong_sign: float = 0.0
 
     @property
+    def reach(self) -> float:
+        """Largest estimate over its expected size."""
+        return float(np.max(np.abs(self.estimate), initial=0.0))
+
+    @property
     def worth(self) -> float:
         """Twice the logarithm of the likelihood, each parameter at the price of 2, [Akaike1974]."""
         return self.drop / self.noise**2 - 2.0 * len(self.estimate) + 2.0 * self.wrong_sign
