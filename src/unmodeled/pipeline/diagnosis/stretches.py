@@ -19,6 +19,8 @@ def strength_by_stretches(pool: Pool, chosen: SetScore, member: int) -> float:
 
     The scatter of the stretches' contributions takes the place of the noise (the sandwich of
     [LiangZeger1986] with stretches as clusters): coloured residuals are counted for what they are.
+    The stated noise is a floor: where residuals are smaller and not white, whoever stated it has
+    allowed for slow errors of that size, which no statistics of the residuals can exclude.
 
     Parameters
     ----------
@@ -42,7 +44,7 @@ def strength_by_stretches(pool: Pool, chosen: SetScore, member: int) -> float:
     parts = np.array([B[rows].T @ residual[rows] for rows in stretches(pool, _STRETCHES)])
     scatter = parts.T @ parts * len(parts) / max(len(parts) - 1, 1)
     square = signal @ np.linalg.pinv(scatter, hermitian=True) @ signal
-    return float(np.sqrt(square / len(own)))
+    return float(np.sqrt(square / len(own))) * min(chosen.noise, 1.0)
 
 
 def stretches(pool: Pool, count: int) -> list[Array]:
