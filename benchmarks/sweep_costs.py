@@ -31,8 +31,11 @@ VOLUMES = ((10, 3), (40, 5), (100, 10))
 
 
 def main() -> None:
+    """Print one row a learner and volume."""
     names = sys.argv[1:] or list(LEARNERS)
-    print(f"{'learner':24} {'samples':>7} {'epochs':>6} {'fixed s':>8} {'epoch s':>8} {'peak MB':>7}")
+    print(
+        f"{'learner':24} {'samples':>7} {'epochs':>6} {'fixed s':>8} {'epoch s':>8} {'peak MB':>7}"
+    )
     for name in names:
         learner, epochs = LEARNERS[name]
         for volume, count in zip(VOLUMES, epochs, strict=True):
@@ -53,6 +56,7 @@ def main() -> None:
 
 
 def one(job: str) -> None:
+    """Measure one of them and print it as JSON."""
     from unmodeled.pipeline.sweep.grid import make_plan
     from unmodeled.pipeline.sweep.runner import PlainRunner
     from unmodeled.pipeline.sweep.sweep_config import SweepConfig
@@ -72,8 +76,10 @@ def one(job: str) -> None:
 
     many = given["epochs"]
     few = many and max(2, many // 5)
-    row(few)
-    first, last = row(few), row(many)
+    first = row(few)
+    if many:  # the first one also compiled and loaded
+        first = row(few)
+    last = row(many)
     cpu = last["cost_cpu_s"]
     epoch = (cpu - first["cost_cpu_s"]) / (many - few) if many else 0.0
     print(

@@ -108,22 +108,21 @@ def _run(
     from unmodeled.pipeline.sweep.sweep import open_sweep, sweep
 
     opened = None
-    with _stoppable(lambda: opened.store.folder if opened else None):
-        with progress() as bar:
-            bar("planning", 0.0)
-            opened = open_sweep(config, out, folders)
+    with _stoppable(lambda: opened.store.folder if opened else None), progress() as bar:
+        bar("planning", 0.0)
+        opened = open_sweep(config, out, folders)
 
-            def tell(finished: int, total: int) -> None:
-                bar(f"{finished} of {total} runs", finished / max(total, 1))
+        def tell(finished: int, total: int) -> None:
+            bar(f"{finished} of {total} runs", finished / max(total, 1))
 
-            sweep(
-                opened,
-                workers=workers,
-                scheduler=scheduler,
-                shard=shard,
-                batch_size=batch_size,
-                tell=tell,
-            )
+        sweep(
+            opened,
+            workers=workers,
+            scheduler=scheduler,
+            shard=shard,
+            batch_size=batch_size,
+            tell=tell,
+        )
     _print_status(status_of(opened.plan, opened.store.finished()), as_json)
     if not as_json:
         folder = opened.store.folder

@@ -69,7 +69,8 @@ def drop_hash(text):
         (change_digit, "was changed: its content has not the hash"),
         (drop_last, "not numbered 0, 1, ... with the same number of orbits"),
         (lambda t: drop_hash(t).replace("node", "knot"), "is not a list of initial conditions"),
-        (lambda t: "", "is not a list of initial conditions"),
+        (lambda t: "", "not numbered 0, 1"),
+        (lambda t: drop_hash(t).replace("0,", "x,", 1), "is not a list of initial conditions"),
         (lambda t: drop_hash(t).partition("\n")[0] + "\n", "not numbered 0, 1"),
     ],
 )

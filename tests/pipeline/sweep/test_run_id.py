@@ -57,7 +57,9 @@ def test_what_does_not_act_is_left_out():
     noisy = {"state": 0.1}
     assert run_id(of(noise=noisy | {"draws": "consistent"})) != run_id(of(noise=noisy))
     acceleration = {"acceleration": 0.1}
-    assert run_id(of(noise=acceleration | {"draws": "consistent"})) == run_id(of(noise=acceleration))
+    assert run_id(of(noise=acceleration | {"draws": "consistent"})) == run_id(
+        of(noise=acceleration)
+    )
     ranges = {"ranges": {"eccentricity": [0.1, 0.2]}}
     assert run_id(of(data=ranges)) != run_id(of())
     assert run_id(of(data=GIVEN | ranges)) == run_id(of(data=GIVEN))

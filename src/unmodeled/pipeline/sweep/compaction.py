@@ -71,9 +71,7 @@ def read_rows(path: Path) -> dict[str, dict[str, Value]]:
             f"{path} cannot be read ({str(error).splitlines()[0]})",
             do="restore it from a copy, or remove it: its runs are then computed again",
         ) from error
-    return {
-        r["id"]: {k: v for k, v in r.items() if k != "id" and v is not None} for r in records
-    }
+    return {r["id"]: {k: v for k, v in r.items() if k != "id" and v is not None} for r in records}
 
 
 def _column(name: str, values: list[Value]) -> object:

@@ -55,7 +55,7 @@ class InlineExecutor(Executor):
 
 
 def inline_engine() -> Engine:
-    """One run after the other in this process."""
+    """Run one batch after the other in this process."""
 
     @contextmanager
     def opened() -> Iterator[Executor]:
@@ -65,7 +65,7 @@ def inline_engine() -> Engine:
 
 
 def process_engine(workers: int) -> Engine:
-    """A pool of new processes (spawn), each with one thread for linear algebra.
+    """Run in new processes (spawn), each with one thread for linear algebra.
 
     Raises
     ------
@@ -93,7 +93,7 @@ def process_engine(workers: int) -> Engine:
 
 
 def dask_engine(address: str, window: int = 256) -> Engine:
-    """A Dask cluster that runs already; its workers see the store's folder.
+    """Run on a Dask cluster that is up already; its workers see the store's folder.
 
     Parameters
     ----------

@@ -91,7 +91,7 @@ class Plan:
     def table(self) -> pd.DataFrame:
         """Return one row a run: id, initial condition, learner and the axes."""
         return pd.DataFrame(
-            [{"id": r.id, "initial_condition": r.initial_condition} | r.axes for r in self.runs]
+            [{"id": r.id, "initial_condition": r.initial_condition, **r.axes} for r in self.runs]
         )
 
 
@@ -133,9 +133,7 @@ def make_plan(
         for index in range(len(orbits)) if orbits is not None else [None]:
             one = _run_config(content, base, orbits, index, point)
             identity = canonical(one, flights=config.flights, folders=folders)
-            run = RunConfig(
-                run_id(identity), cell_id(identity), one, index, axes, config.flights
-            )
+            run = RunConfig(run_id(identity), cell_id(identity), one, index, axes, config.flights)
             runs.setdefault(run.id, run)
             total += 1
     return Plan(config, tuple(runs.values()), lists, total - len(runs))

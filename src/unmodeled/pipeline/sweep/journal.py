@@ -116,7 +116,9 @@ def storage_error(error: OSError, folder: Path) -> Exception:
             do="free space, then go on with: unmodeled resume FOLDER",
         )
     if error.errno in _FORBIDDEN:
-        return InputError(f"{folder} cannot be written ({error.strerror})", do="choose another --out")
+        return InputError(
+            f"{folder} cannot be written ({error.strerror})", do="choose another --out"
+        )
     return error
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import hashlib
 import io
 import json
@@ -146,10 +147,7 @@ def read_orbits(path: Path) -> OrbitList:
     head, _, rest = text.partition("\n")
     try:
         facts = json.loads(head[1:]) if head.startswith("#") else {}
-        table = pd.read_csv(
-            io.StringIO(rest if head.startswith("#") else text), float_precision="round_trip"
-        )
-        elements = table[_COLUMNS].astype(dict.fromkeys(ELEMENT_NAMES, float))
+        elements = _parsed(rest if head.startswith("#") else text)
         regular = _is_regular(elements)
     except (ValueError, KeyError, TypeError) as error:
         raise DataError(
@@ -172,10 +170,17 @@ def read_orbits(path: Path) -> OrbitList:
     return orbits
 
 
+def _parsed(text: str) -> pd.DataFrame:
+    """Read numbers with Python's ``float``, which gives back what was written to the last digit."""
+    rows = list(csv.DictReader(io.StringIO(text)))
+    columns = {name: [float(row[name]) for row in rows] for name in _COLUMNS}
+    return pd.DataFrame(columns).astype(dict.fromkeys(_INDEX, int))
+
+
 def _is_regular(elements: pd.DataFrame) -> bool:
-    if elements.empty or not np.all(np.isfinite(elements.to_numpy(dtype=float))):
+    if not np.all(np.isfinite(elements.to_numpy(dtype=float))):
         return False
-    count = int(elements["initial_condition"].max()) + 1
+    count = int(elements["initial_condition"].max()) + 1 if len(elements) else 1
     width, rest = divmod(len(elements), count)
     expected = np.arange(len(elements))
     return (

@@ -13,8 +13,8 @@ from unmodeled.core.threads import one_thread
 from unmodeled.datasets.bodies import Body
 from unmodeled.datasets.learning_data import LearningData
 from unmodeled.pipeline.characterize import evaluate
-from unmodeled.pipeline.cost import peak_memory
 from unmodeled.pipeline.config import CharacterizationConfig
+from unmodeled.pipeline.cost import peak_memory
 from unmodeled.pipeline.prepare import Simulated, prepare, simulate
 from unmodeled.pipeline.sweep.row import row_of
 from unmodeled.pipeline.sweep.run_config import RunConfig, RunResult, Value
@@ -88,5 +88,3 @@ def _remembered(config: CharacterizationConfig, body: Body) -> Simulated:
 def forget_orbits() -> None:
     """Empty the memory of orbits."""
     _orbits.clear()
-
-

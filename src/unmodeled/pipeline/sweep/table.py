@@ -37,7 +37,7 @@ def finished_table(plan: Plan, finished: Mapping[str, Mapping[str, Value]]) -> p
     rows = [finished.get(i) for i in head["id"]]
     body = pd.DataFrame([row or {} for row in rows], index=head.index)
     first = [name for name in (f"{s}_median" for s in _SETS) if name in body]
-    rest = sorted(set(body) - set(first))
+    rest = sorted(str(name) for name in body if name not in first)
     table = pd.concat([head, body[first + rest]], axis=1)
     return table[[row is not None for row in rows]].reset_index(drop=True)
 

@@ -14,7 +14,7 @@ from unmodeled.pipeline.sweep.journal import Journal, storage_error
 from unmodeled.pipeline.sweep.run_config import RunConfig, RunResult
 from unmodeled.pipeline.sweep.store import Store
 
-__all__ = ["RunBatch", "THREAD_VARIABLES", "batch_name", "start_worker", "work"]
+__all__ = ["THREAD_VARIABLES", "RunBatch", "batch_name", "start_worker", "work"]
 
 #: Turns runs into results, in any order; yields each as it is finished, or all at the end.
 RunBatch: TypeAlias = Callable[[Sequence[RunConfig]], Iterable[RunResult]]
