@@ -146,6 +146,13 @@ def test_ctrl_c_and_sigterm(tmp_path, sent, code):
     assert "Traceback" not in shown
 
 
+@pytest.mark.parametrize("name", ["neamati-fig12", "neamati-fig13"])
+def test_small_variants_are_parts_of_the_full_grids(name):
+    full, small = (make_plan(load_sweep(SWEEPS / f"{name}{s}.yaml")) for s in ("", "-small"))
+    assert (len(full.runs), len(small.runs)) == (2200, 36)
+    assert {r.id for r in small.runs} < {r.id for r in full.runs}
+
+
 def test_every_sweep_of_the_project_is_valid():
     names = sorted(p.name for p in SWEEPS.glob("*.yaml"))
     assert len(names) >= 8

@@ -115,7 +115,7 @@ def dask_engine(address: str, window: int = 256) -> Engine:
         except ImportError as error:
             raise InputError(
                 "--scheduler needs dask, which is not installed",
-                do="pip install 'unmodeled[dask]', on the workers too",
+                do="install it, on the workers too: pip install 'unmodeled[dask]'",
             ) from error
         try:
             client = Client(address, timeout=20, set_as_default=False)
