@@ -97,7 +97,9 @@ def test_bad_input(run, arguments, expected):
 
 def test_unknown_axis(run, tmp_path):
     (tmp_path / "s.yaml").write_text(CONFIG.replace("noise.state", "noise.stat"))
-    assert 'unknown axis "noise.stat". Did you mean "noise.state"?' in run("sweep", "s.yaml", code=2)
+    assert 'unknown axis "noise.stat". Did you mean "noise.state"?' in run(
+        "sweep", "s.yaml", code=2
+    )
     (tmp_path / "s.yaml").write_text(CONFIG.replace("[0, 0.1]", "[]"))
     assert "has no values: the grid is empty" in run("sweep", "s.yaml", code=2)
 
@@ -159,9 +161,7 @@ def test_every_sweep_of_the_project_is_valid():
     for name in names:
         config = load_sweep(SWEEPS / name)
         small = config.model_copy(
-            update={
-                "initial_conditions": config.initial_conditions.model_copy(update={"count": 1})
-            }
+            update={"initial_conditions": config.initial_conditions.model_copy(update={"count": 1})}
         )
         plan = make_plan(small)
         assert config.name == name.removesuffix(".yaml")

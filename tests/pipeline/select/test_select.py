@@ -20,13 +20,13 @@ DEMSAR = {"C4.5+m+cf": 1.964, "C4.5+m": 2.0, "C4.5+cf": 2.893, "C4.5": 3.143}
 
 
 def test_groups_of_the_paper():
-    """No two differ at 5 % (1.25); at 10 % (1.12) the best and the worst do."""
+    """No two differ at 5 % (1.25); at 10 % (1.12) C4.5 is worse than the two with m."""
     mean = pd.Series(DEMSAR)
     at_5, at_10 = (critical_difference(4, 14, alpha) for alpha in (0.05, 0.10))
     assert at_5 == pytest.approx(1.25, abs=0.005)
     assert at_10 == pytest.approx(1.12, abs=0.005)
     assert groups_of(mean, at_5) == (tuple(DEMSAR),)
-    assert groups_of(mean, at_10) == (tuple(DEMSAR)[:3], tuple(DEMSAR)[1:])
+    assert groups_of(mean, at_10) == (tuple(DEMSAR)[:3], tuple(DEMSAR)[2:])
     assert groups_of(mean, 0.01) == ()
 
 
@@ -152,7 +152,7 @@ def test_regimes(errors):
     ]
     selection = select(table)
     assert selection["low noise, high volume"].winner in "ac"
-    with pytest.raises(InputError, match="(?i)did you mean"):
+    with pytest.raises(InputError, match=r"(?i)did you mean"):
         selection["low noise"]
 
 

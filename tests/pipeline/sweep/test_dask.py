@@ -5,7 +5,6 @@ import signal
 import sys
 import threading
 import time
-import warnings
 from collections import Counter
 
 import pytest
@@ -17,6 +16,8 @@ from unmodeled.pipeline.sweep.executors import dask_engine
 from unmodeled.pipeline.sweep.store import Store
 
 COUNT = 60
+#: The cluster's own loop closes its sockets after pytest looks.
+UNTIDY = ("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
 
 
 def test_dask_that_is_not_installed(monkeypatch, tmp_path):
@@ -28,8 +29,7 @@ def test_dask_that_is_not_installed(monkeypatch, tmp_path):
 
 
 @pytest.mark.slow
-# asyncio sockets of the cluster are closed by its own loop, after pytest looks.
-@pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
+@pytest.mark.filterwarnings(*UNTIDY)
 def test_one_worker_killed_in_the_middle(tmp_path):
     distributed = pytest.importorskip("distributed")
     store = Store(tmp_path / "store")
@@ -54,9 +54,7 @@ def test_one_worker_killed_in_the_middle(tmp_path):
         killer = threading.Thread(target=kill)
         killer.start()
         engine = dask_engine(cluster.scheduler_address, window=6)
-        run_batches(
-            store, in_batches(fake_runs(COUNT), 5), FakeRunner(str(log), 0.1), engine
-        )
+        run_batches(store, in_batches(fake_runs(COUNT), 5), FakeRunner(str(log), 0.1), engine)
         killer.join()
         assert victim not in client.run(os.getpid).values()
     assert store.finished() == {r.id: answer(r).values for r in fake_runs(COUNT)}
@@ -68,11 +66,10 @@ def test_one_worker_killed_in_the_middle(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings(*UNTIDY)
 def test_no_scheduler(tmp_path):
     store = Store(tmp_path)
     store.create()
-    with warnings.catch_warnings(), pytest.raises(InputError, match="no Dask scheduler answers"):
-        warnings.simplefilter("ignore")
-        run_batches(
-            store, [tuple(fake_runs(1))], FakeRunner("/dev/null"), dask_engine("tcp://127.0.0.1:9")
-        )
+    engine = dask_engine("tcp://127.0.0.1:9")
+    with pytest.raises(InputError, match="no Dask scheduler answers"):
+        run_batches(store, [tuple(fake_runs(1))], FakeRunner("/dev/null"), engine)

@@ -153,9 +153,7 @@ def test_ctrl_c_ends_the_processes(store, tmp_path):
 
     runner = FakeRunner(str(tmp_path / "log"), 0.05)
     with pytest.raises(KeyboardInterrupt):
-        run_batches(
-            store, in_batches(fake_runs(400), 10), runner, process_engine(2), interrupt
-        )
+        run_batches(store, in_batches(fake_runs(400), 10), runner, process_engine(2), interrupt)
     assert set(multiprocessing.active_children()) == before
     assert 0 < len(store.finished()) < 400
 

@@ -45,7 +45,7 @@ def test_empty_table(tmp_path):
 
 
 def test_mixed_column_and_damaged_table(tmp_path):
-    with pytest.raises(DataError, match="column x are float and str|column x are int and str"):
+    with pytest.raises(DataError, match=r"column x are float and str|column x are int and str"):
         write_rows({"a": {"x": 1}, "b": {"x": "one"}}, tmp_path / "a.parquet")
     (tmp_path / "a.parquet").write_bytes(b"PAR1 half")
     with pytest.raises(DataError, match="cannot be read"):
@@ -104,7 +104,7 @@ def test_one_driver_at_a_time(store):
     with store.lock():
         for name in ("", "1-of-2"):
             with (
-                pytest.raises(InputError, match="another process works on .* --shard i/n"),
+                pytest.raises(InputError, match=r"another process works on .* --shard i/n"),
                 Store(store.folder).lock(name),
             ):
                 pass

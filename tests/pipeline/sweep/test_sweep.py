@@ -126,15 +126,15 @@ def test_export(whole, tmp_path, suffix):
 def test_export_errors(whole, tmp_path):
     with pytest.raises(InputError, match=r"ends in \.parquet, \.csv, \.json"):
         export(open_sweep(whole[0]), tmp_path / "table.xlsx")
-    with pytest.raises(InputError, match="no run of .* is finished"):
+    with pytest.raises(InputError, match=r"no run of .* is finished"):
         export(open_sweep(CONTENT, tmp_path / "new"), tmp_path / "table.csv")
 
 
 def test_a_bad_grid_leaves_no_folder(tmp_path):
-    with pytest.raises(InputError, match="(?i)did you mean"):
+    with pytest.raises(InputError, match=r"(?i)did you mean"):
         um.sweep(CONTENT | {"axes": {"noise.stat": [1]}}, tmp_path / "store")
     bad = CONTENT | {"axes": {"learner": [{"kind": "exact_gp", "epoch": 1}]}}
-    with pytest.raises(InputError, match="(?i)did you mean"):
+    with pytest.raises(InputError, match=r"(?i)did you mean"):
         um.sweep(bad, tmp_path / "store")
     assert not (tmp_path / "store").exists()
 

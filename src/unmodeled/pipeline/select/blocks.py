@@ -45,8 +45,8 @@ def blocks_of(table: pd.DataFrame, metric: str) -> pd.DataFrame:
             "a learner has several results on one problem",
             do="give variants of a learner a label each, in place of an axis learner.NAME",
         )
-    wide = frame.set_index([*keys, "learner"])["error"].unstack("learner")
-    wide = wide[list(dict.fromkeys(table["learner"]))]  # in the order of the sweep
+    wide = frame.pivot_table(index=keys, columns="learner", values="error", aggfunc="first")
+    wide = wide[[n for n in dict.fromkeys(table["learner"]) if n in wide]]  # as in the sweep
     complete = wide[wide.notna().all(axis=1)]
     if complete.shape[1] < 2:
         raise DataError(f"{complete.shape[1]} learner in the sweep", allowed="2 or more to compare")

@@ -40,11 +40,12 @@ def export_winner(
     ConfigError
         If no finished run of the winner fits.
     """
-    part = regimes_of(opened.table()).get(regime)
-    rows = part[part["learner"] == winner] if part is not None else []
-    if len(rows) and initial_condition is not None:
+    table = opened.table()
+    rows = regimes_of(table).get(regime, table.iloc[:0])
+    rows = rows[rows["learner"] == winner]
+    if initial_condition is not None:
         rows = rows[rows["initial_condition"] == initial_condition]
-    if not len(rows):
+    if rows.empty:
         raise ConfigError(
             f"no finished run of {winner} in {regime}"
             + ("" if initial_condition is None else f" at initial condition {initial_condition}")

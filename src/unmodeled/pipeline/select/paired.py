@@ -84,12 +84,12 @@ def medians(blocks: pd.DataFrame, seed: int = 1, level: float = 0.95) -> pd.Data
     if not 0 < level < 1:
         raise ConfigError(f"level is {level}", allowed="more than 0, less than 1")
     errors = blocks.to_numpy()
-    draws = Streams(seed).generator("bootstrap").integers(len(errors), size=(_RESAMPLES, len(errors)))
+    draws = (
+        Streams(seed).generator("bootstrap").integers(len(errors), size=(_RESAMPLES, len(errors)))
+    )
     # "lower" takes a value that is there: no inf - inf between a failure and a failure.
     resampled = np.quantile(errors[draws], 0.5, axis=1, method="lower")
-    low, high = np.quantile(
-        resampled, [(1 - level) / 2, (1 + level) / 2], axis=0, method="nearest"
-    )
+    low, high = np.quantile(resampled, [(1 - level) / 2, (1 + level) / 2], axis=0, method="nearest")
     return pd.DataFrame(
         {
             "learner": list(blocks.columns),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 
@@ -37,7 +39,7 @@ def pareto(table: pd.DataFrame, metric: str) -> pd.DataFrame:
     return medians.assign(front=on_front(values)).reset_index()
 
 
-def on_front(values: Array) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+def on_front(values: Array) -> np.ndarray[Any, np.dtype[np.bool_]]:
     """Return which rows of (n, m) values, less is better, no other row dominates.
 
     Examples
@@ -47,4 +49,4 @@ def on_front(values: Array) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
     """
     no_worse = np.all(values[:, None] <= values[None], axis=2)
     better = np.any(values[:, None] < values[None], axis=2)
-    return ~np.any(no_worse & better, axis=0)
+    return np.asarray(~np.any(no_worse & better, axis=0), dtype=np.bool_)

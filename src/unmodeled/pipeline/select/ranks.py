@@ -67,7 +67,7 @@ def critical_difference(k: int, n: int, alpha: float = 0.05) -> float:
 
 
 def groups_of(mean: pd.Series[float], width: float) -> tuple[tuple[str, ...], ...]:
-    """Return the largest sets of neighbours whose mean ranks (sorted) differ by ``width`` at most."""
+    """Return the largest sets of neighbours in sorted ranks that span ``width`` at most."""
     values, names = mean.to_numpy(), [str(name) for name in mean.index]
     groups: list[tuple[str, ...]] = []
     last = 0

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import itertools
 
+from typing import Any, TypeAlias
+
 import numpy as np
 import pandas as pd
 
 __all__ = ["regimes_of"]
+
+#: One truth value a row.
+Mask: TypeAlias = np.ndarray[Any, np.dtype[np.bool_]]
 
 _NOISE = ("noise.state", "noise.acceleration")
 _VOLUMES = {"low": 10.0, "moderate": 100.0}
@@ -39,21 +44,22 @@ def regimes_of(table: pd.DataFrame) -> dict[str, pd.DataFrame]:
     return found
 
 
-def _noise(table: pd.DataFrame) -> tuple[str, np.ndarray] | None:
-    columns = [c for c in _NOISE if c in table and table[c].nunique() > 1]
+def _noise(table: pd.DataFrame) -> tuple[str, Mask] | None:
+    columns = [c for c in _NOISE if c in table and len(table[c].unique()) > 1]
     if not columns:
         return None
     return "noise", np.any([_upper_half(table[c]) for c in columns], axis=0)
 
 
-def _volume(table: pd.DataFrame) -> tuple[str, np.ndarray] | None:
+def _volume(table: pd.DataFrame) -> tuple[str, Mask] | None:
     for column in ("data.train_periods", "data.volume"):
-        if column in table and table[column].nunique() > 1:
+        if column in table and len(table[column].unique()) > 1:
             levels = table[column].map(lambda v: _VOLUMES.get(v, v)).astype(float)
             return "volume", _upper_half(levels)
     return None
 
 
-def _upper_half(values: pd.Series) -> np.ndarray:
+def _upper_half(values: pd.Series[Any]) -> Mask:
     levels = np.unique(values.to_numpy(dtype=np.float64))
-    return values.to_numpy(dtype=np.float64) > levels[(len(levels) - 1) // 2]
+    middle = float(levels[(len(levels) - 1) // 2])
+    return np.asarray(values.to_numpy(dtype=np.float64) > middle, dtype=np.bool_)
