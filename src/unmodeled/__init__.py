@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from unmodeled.pipeline.diagnosis.result import Diagnosis
     from unmodeled.pipeline.learned_field import LearnedField
     from unmodeled.pipeline.results import CharacterizationResult
+    from unmodeled.pipeline.select.select import Selection, select
+    from unmodeled.pipeline.sweep.sweep import sweep
     from unmodeled.reports import write_report
     from unmodeled.reports.comparison_page import write_comparison_report
     from unmodeled.reports.diagnosis_page import write_addition_report, write_diagnosis_report
@@ -44,6 +46,7 @@ __all__ = [
     "Diagnosis",
     "HiddenEffect",
     "LearnedField",
+    "Selection",
     "Trajectory",
     "add",
     "body_names",
@@ -54,7 +57,9 @@ __all__ = [
     "load_case",
     "load_config",
     "read_trajectory",
+    "select",
     "simulate_case",
+    "sweep",
     "write_addition_report",
     "write_case",
     "write_comparison_report",
@@ -88,6 +93,9 @@ _HOME = {
     "write_comparison_report": "reports.comparison_page",
     "write_diagnosis_report": "reports.diagnosis_page",
     "write_addition_report": "reports.diagnosis_page",
+    "sweep": "pipeline.sweep.sweep",
+    "select": "pipeline.select.select",
+    "Selection": "pipeline.select.select",
 }
 
 

@@ -18,7 +18,10 @@ from unmodeled.core.errors import InputError, UnmodeledWarning
 __all__ = ["DataFolder", "app", "data_folders", "errors", "progress", "show_warning", "stoppable"]
 
 #: As a user meets them.
-_ORDER = ("characterize", "simulate", "compare", "diagnose", "add", "scenarios", "effects")
+_ORDER = (
+    *("characterize", "sweep", "resume", "status", "export", "select"),
+    *("simulate", "compare", "diagnose", "add", "scenarios", "effects"),
+)
 
 
 class _InOrder(TyperGroup):

@@ -8,7 +8,7 @@ from pydantic import BaseModel, ValidationError
 
 from unmodeled.core.errors import ConfigError, nearest
 
-__all__ = ["translate"]
+__all__ = ["section_of", "translate"]
 
 
 def translate(
@@ -57,12 +57,13 @@ def _fields(model: type[BaseModel], loc: tuple[Any, ...]) -> list[str]:
     """Field names of the section that ``loc`` points to."""
     for part in loc:
         if isinstance(part, str) and part in model.model_fields:
-            annotation = model.model_fields[part].annotation
-            inner = [
-                a
-                for a in (annotation, *get_args(annotation))
-                if isinstance(a, type) and issubclass(a, BaseModel)
-            ]
-            if inner:
-                model = inner[0]
+            model = section_of(model.model_fields[part].annotation) or model
     return list(model.model_fields)
+
+
+def section_of(annotation: Any) -> type[BaseModel] | None:
+    """Return the section that a field holds (``X`` or ``X | None``), or None for a value."""
+    for a in (annotation, *get_args(annotation)):
+        if isinstance(a, type) and issubclass(a, BaseModel):
+            return a
+    return None

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import resource
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -14,7 +16,7 @@ import psutil
 
 from unmodeled.core.arrays import Array
 
-__all__ = ["Meter", "time_evaluation"]
+__all__ = ["Meter", "peak_memory", "time_evaluation"]
 
 _INTERVAL = 0.005
 
@@ -79,3 +81,9 @@ def time_evaluation(predict: Callable[[Array], Array], points: Array) -> tuple[f
         predict(points)
         batch.append(time.perf_counter() - start)
     return float(np.median(single)), min(batch) / len(points)
+
+
+def peak_memory() -> int:
+    """Return the largest resident size of this process so far, bytes."""
+    size = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return size if sys.platform == "darwin" else size * 1024  # Linux counts in kB

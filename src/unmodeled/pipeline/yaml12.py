@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from unmodeled.core.errors import ConfigError
 
-__all__ = ["parse_scalar", "read_yaml", "write_yaml"]
+__all__ = ["parse_scalar", "read_yaml", "write_yaml", "yaml_text"]
 
 
 def read_yaml(path: Path | str) -> dict[str, Any]:
@@ -42,10 +43,16 @@ def read_yaml(path: Path | str) -> dict[str, Any]:
 
 def write_yaml(content: dict[str, Any], path: Path | str) -> None:
     """Write plain data as YAML, keys in the order given."""
+    Path(path).write_text(yaml_text(content), encoding="utf-8")
+
+
+def yaml_text(content: dict[str, Any]) -> str:
+    """Return plain data as YAML, keys in the order given."""
     yaml = YAML()  # the round-trip writer keeps the order of keys
     yaml.default_flow_style = False
-    with Path(path).open("w", encoding="utf-8") as file:
-        yaml.dump(content, file)
+    text = io.StringIO()
+    yaml.dump(content, text)
+    return text.getvalue()
 
 
 def parse_scalar(text: str) -> Any:

@@ -1,0 +1,121 @@
+"""What a run is, in one form: equal meanings give equal bytes, and the bytes give the run's id."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from unmodeled.datasets.bodies import load_body
+from unmodeled.datasets.simulation import gravity_of
+from unmodeled.pipeline.config import CharacterizationConfig
+from unmodeled.pipeline.prepare import SAMPLES_PER_PERIOD, find_trajectory
+
+__all__ = ["canonical", "cell_id", "digest", "run_id"]
+
+#: Part of every id: raise it when the same configuration starts to give other numbers.
+_FORMAT = 1
+_LENGTH = 32
+
+
+def canonical(
+    config: CharacterizationConfig, *, flights: bool = False, folders: Sequence[Path] = ()
+) -> dict[str, Any]:
+    """Return what decides the numbers of a run, as plain data.
+
+    Presets are replaced by what they stand for (``data.volume: low`` by its periods), names of a
+    body or a file by a digest of their content; labels, and keys that change nothing in this run
+    (the ranges of elements that are given, the unit of noise that is zero), are left out.
+
+    Parameters
+    ----------
+    config : CharacterizationConfig
+        Resolved configuration.
+    flights : bool
+        Whether orbits are flown with the learned model.
+    folders : sequence of Path
+        Where trajectory files are looked for.
+
+    Raises
+    ------
+    InputError
+        If the body or the trajectory file cannot be read.
+    """
+    content = config.as_dict()
+    del content["name"]
+    content["body"] = _body_digest(config.body)
+    for learner in content["learners"]:
+        del learner["label"]
+    _settle_data(content["data"], config, folders)
+    noise = content["noise"]
+    if noise["state"] == 0:
+        del noise["draws"]  # independent or not: there is no position error
+        if noise["acceleration"] == 0:
+            del noise["unit"]
+    if not flights:
+        del content["flight"]
+    return content | {"format": _FORMAT}
+
+
+def run_id(content: dict[str, Any]) -> str:
+    """Return the id of a run from its `canonical` form: 32 hexadecimal digits."""
+    return digest(content)
+
+
+def cell_id(content: dict[str, Any]) -> str:
+    """Return what a run shares with the other initial conditions of its cell."""
+    data = {k: v for k, v in content["data"].items() if k not in ("orbit", "other_orbits")}
+    learners = [
+        spec | {"params": {k: v for k, v in spec["params"].items() if k != "random_state"}}
+        for spec in content["learners"]
+    ]
+    shared = {k: v for k, v in content.items() if k != "seed"}
+    return digest(shared | {"data": data, "learners": learners})
+
+
+def digest(content: Any) -> str:
+    """Return 32 hexadecimal digits of plain data.
+
+    Examples
+    --------
+    >>> digest({"a": 1.0, "b": 2}) == digest({"b": 2, "a": 1.0})
+    True
+    """
+    text = json.dumps(content, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()[:_LENGTH]
+
+
+def _settle_data(data: dict[str, Any], config: CharacterizationConfig, folders: Any) -> None:
+    del data["volume"]
+    data["train_periods"], data["extrapolation_periods"] = config.data.periods()
+    if not config.data.simulated:
+        for key in ("trajectory", "extrapolation_trajectory"):
+            if data[key] is not None:
+                data[key] = _file_digest(find_trajectory(data[key], folders))
+        return
+    if data["samples_per_period"] is None:
+        data["samples_per_period"] = SAMPLES_PER_PERIOD
+    if data["integrator"] == "heyoka":
+        del data["rk4_steps_per_period"]
+    if data["other_orbits"] is not None:  # nothing is drawn
+        del data["ranges"], data["extrapolation_orbits"]
+
+
+@lru_cache(maxsize=32)
+def _body_digest(name: str) -> str:
+    body = load_body(name)
+    field = gravity_of(body)
+    return digest([body.brillouin_radius, sorted(field.values.items())])
+
+
+def _file_digest(path: Path) -> str:
+    status = path.stat()
+    return _content_digest(path, status.st_mtime_ns, status.st_size)
+
+
+@lru_cache(maxsize=256)
+def _content_digest(path: Path, modified: int, size: int) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()[:_LENGTH]

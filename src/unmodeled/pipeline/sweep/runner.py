@@ -1,0 +1,90 @@
+"""The seam between a sweep and the training: anything that turns runs into results."""
+
+from __future__ import annotations
+
+import time
+from collections import OrderedDict
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from unmodeled.core.errors import DataError, NumericalError, OrbitError
+from unmodeled.core.threads import one_thread
+from unmodeled.datasets.bodies import Body
+from unmodeled.datasets.learning_data import LearningData
+from unmodeled.pipeline.characterize import evaluate
+from unmodeled.pipeline.config import CharacterizationConfig
+from unmodeled.pipeline.cost import peak_memory
+from unmodeled.pipeline.prepare import Simulated, prepare, simulate
+from unmodeled.pipeline.sweep.row import row_of
+from unmodeled.pipeline.sweep.run_config import RunConfig, RunResult, Value
+from unmodeled.pipeline.sweep.run_id import canonical, digest
+from unmodeled.pipeline.sweep.worker import RunBatch
+
+__all__ = ["PlainRunner", "RunBatch", "learning_data"]
+
+# Orbits do not depend on learner or noise, so each worker makes them once for many cells; a low
+# volume is 30 kB, a moderate one 0.3 MB.
+_REMEMBERED = 128
+_orbits: OrderedDict[str, Simulated] = OrderedDict()
+
+
+@dataclass(frozen=True)
+class PlainRunner:
+    """One run after the other, with the code of `characterize`: the reference for faster runners.
+
+    A runner is called with the runs of one batch (`RunConfig`, all of one cell) and returns or
+    yields one `RunResult` for each, in any order. The values of a run must not depend on what
+    else is in its batch. A runner is pickled: it holds settings, not state.
+
+    Parameters
+    ----------
+    folders : tuple of Path
+        Where trajectory files are looked for.
+    """
+
+    folders: tuple[Path, ...] = ()
+
+    def __call__(self, runs: Sequence[RunConfig]) -> Iterator[RunResult]:
+        """Yield results one by one."""
+        for run in runs:
+            yield RunResult(run.id, self._row(run))
+
+    def _row(self, run: RunConfig) -> dict[str, Value]:
+        start, cpu = time.perf_counter(), time.process_time()
+        with one_thread():
+            try:
+                data = learning_data(run.config, self.folders)
+                result = evaluate(run.config.learners[0], data, run.config, flights=run.flights)
+            except (DataError, OrbitError, NumericalError) as error:
+                return {"failure": str(error)}  # the run's own answer, the same wherever it runs
+            row = row_of(result, run.config)
+        row["cost_total_s"] = time.perf_counter() - start
+        row["cost_cpu_s"] = time.process_time() - cpu
+        row["cost_peak_bytes"] = peak_memory()
+        return row
+
+
+def learning_data(config: CharacterizationConfig, folders: Sequence[Path] = ()) -> LearningData:
+    """Make the data of a run; orbits that this process made before are taken from memory.
+
+    The RK4 orbit of the paper is not propagated beside the true one, unless it is the truth.
+    """
+    return prepare(config, folders, _remembered)
+
+
+def _remembered(config: CharacterizationConfig, body: Body) -> Simulated:
+    content = canonical(config)
+    seed = content["seed"] if config.data.other_orbits is None else None
+    key = digest([content["body"], content["data"], seed])
+    if key not in _orbits:
+        _orbits[key] = simulate(config, body, compare_integrators=False)
+        if len(_orbits) > _REMEMBERED:
+            _orbits.popitem(last=False)
+    _orbits.move_to_end(key)
+    return _orbits[key]
+
+
+def forget_orbits() -> None:
+    """Empty the memory of orbits."""
+    _orbits.clear()
