@@ -12,7 +12,7 @@ from unmodeled.core.errors import NumericalError
 from unmodeled.core.provenance import collect_provenance
 from unmodeled.core.threads import one_thread
 from unmodeled.datasets.learning_data import LearningData
-from unmodeled.models.learned import NoiseLevel
+from unmodeled.models.learned import Learner, NoiseLevel
 from unmodeled.pipeline.config import CharacterizationConfig, LearnerConfig
 from unmodeled.pipeline.cost import Meter, time_evaluation
 from unmodeled.pipeline.flight import fly
@@ -20,7 +20,7 @@ from unmodeled.pipeline.metrics import calibrate, fractional_error, summarize
 from unmodeled.pipeline.prepare import prepare
 from unmodeled.pipeline.results import CharacterizationResult, LearnerResult, OrbitFlight
 
-__all__ = ["Report", "characterize"]
+__all__ = ["Report", "characterize", "evaluate", "score"]
 
 #: Called with what is being done and the share of the whole job that is done, 0 to 1.
 Report = Callable[[str, float], None]
@@ -72,7 +72,7 @@ def _characterize(
         def progress(text: str, share: float, start: float = start, width: float = width) -> None:
             tell(text, start + width * share)
 
-        results.append(_evaluate(learner_config, data, config, progress))
+        results.append(evaluate(learner_config, data, config, progress))
     tell("done", 1.0)
     return CharacterizationResult(
         config=config,
@@ -83,9 +83,29 @@ def _characterize(
     )
 
 
-def _evaluate(
-    spec: LearnerConfig, data: LearningData, config: CharacterizationConfig, tell: Report
+def evaluate(
+    spec: LearnerConfig,
+    data: LearningData,
+    config: CharacterizationConfig,
+    tell: Report = lambda text, share: None,
+    *,
+    flights: bool = True,
 ) -> LearnerResult:
+    """Train one learner and measure it; a fit that breaks down is a result with its reason.
+
+    Parameters
+    ----------
+    spec : LearnerConfig
+        Which learner.
+    data : LearningData
+        From `prepare`.
+    config : CharacterizationConfig
+        Says how long flights are.
+    tell : callable
+        Told the progress.
+    flights : bool
+        Whether orbits are flown with the learned model (test point B).
+    """
     learner = spec.build()
     noise = NoiseLevel(data.noise.state, data.noise.acceleration)
 
@@ -103,6 +123,23 @@ def _evaluate(
             )
         except NumericalError as error:
             return LearnerResult(spec.label, spec.kind, spec.baseline, failure=str(error))
+    return score(spec, learner, meter, data, config, tell, flights=flights)
+
+
+def score(
+    spec: LearnerConfig,
+    learner: Learner,
+    cost: Meter,
+    data: LearningData,
+    config: CharacterizationConfig,
+    tell: Report = lambda text, share: None,
+    *,
+    flights: bool = True,
+) -> LearnerResult:
+    """Measure a learner that is fitted, wherever it was; parameters as `evaluate`.
+
+    ``cost`` holds the seconds and bytes of its training.
+    """
     tell(f"testing {spec.label}", _FIT_SHARE)
     predictions = {s.name: learner.predict(s.positions) for s in data.sets}
     errors = {s.name: fractional_error(s.accelerations, predictions[s.name]) for s in data.sets}
@@ -125,9 +162,9 @@ def _evaluate(
         errors,
         {name: summarize(e) for name, e in errors.items()},
         calibrations,
-        _fly_orbits(learner.predict, data, config),
-        meter.seconds,
-        meter.peak_bytes,
+        _fly_orbits(learner.predict, data, config) if flights else (),
+        cost.seconds,
+        cost.peak_bytes,
         single,
         batch,
         sum(a.nbytes for a in learner._arrays().values()),

@@ -71,6 +71,7 @@ class DataConfig(Section):
     interpolation_share: Annotated[float, Field(gt=0, le=0.5)] = 0.05
     extrapolation_orbits: Annotated[int, Field(ge=1)] = 1
     orbit: OrbitConfig | None = None
+    other_orbits: Annotated[tuple[OrbitConfig, ...], Field(min_length=1)] | None = None
     ranges: dict[str, tuple[Finite, Finite]] = Field(default_factory=dict)
     integrator: Literal["heyoka", "rk4"] = "heyoka"
     rk4_steps_per_period: Annotated[int, Field(ge=1)] = 200
@@ -84,7 +85,22 @@ class DataConfig(Section):
                 "data.trajectory is simulated",
                 do="give the file of the training orbit as data.trajectory too",
             )
+        if self.other_orbits is not None:
+            self._check_other_orbits(len(self.other_orbits))
         return self
+
+    def _check_other_orbits(self, count: int) -> None:
+        if not self.simulated or self.orbit is None:
+            raise ConfigError(
+                "data.other_orbits without data.orbit of a simulated trajectory",
+                do="give the elements of the training orbit as data.orbit too",
+            )
+        if self.extrapolation_orbits not in (1, count):
+            raise ConfigError(
+                f"data.extrapolation_orbits is {self.extrapolation_orbits} and data.other_orbits "
+                f"lists {count}",
+                do="leave data.extrapolation_orbits out",
+            )
 
     @property
     def simulated(self) -> bool:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import pandas as pd
 
+from unmodeled.core.arrays import Array
 from unmodeled.core.errors import ConfigError, DataError
 from unmodeled.core.seeds import Streams
 from unmodeled.core.units import NormalisedUnits
@@ -27,12 +28,19 @@ from unmodeled.datasets.trajectory import Trajectory
 from unmodeled.models.physics import Dynamics
 from unmodeled.pipeline.config import CharacterizationConfig
 
-__all__ = ["prepare", "simulate"]
+__all__ = ["SAMPLES_PER_PERIOD", "Simulated", "find_trajectory", "prepare", "simulate"]
 
-_SAMPLES_PER_PERIOD = 25
+#: Of [Neamati2022] section IV.B.
+SAMPLES_PER_PERIOD = 25
+#: The true field (SI), the orbits, and facts for the report.
+Simulated: TypeAlias = tuple[Dynamics, SimulatedOrbits, dict[str, Any]]
 
 
-def prepare(config: CharacterizationConfig, folders: Sequence[Path] = ()) -> LearningData:
+def prepare(
+    config: CharacterizationConfig,
+    folders: Sequence[Path] = (),
+    simulated: Callable[..., Simulated] | None = None,
+) -> LearningData:
     """Make the learning data of a configuration.
 
     Parameters
@@ -41,6 +49,8 @@ def prepare(config: CharacterizationConfig, folders: Sequence[Path] = ()) -> Lea
         Resolved configuration.
     folders : sequence of Path
         Where trajectory files with a relative path are looked for, in this order.
+    simulated : callable, optional
+        In place of `simulate`, e.g. one that remembers orbits: many runs share them.
 
     Raises
     ------
@@ -53,10 +63,10 @@ def prepare(config: CharacterizationConfig, folders: Sequence[Path] = ()) -> Lea
     streams = Streams(config.seed)
     share = config.data.interpolation_share
     if config.data.simulated:
-        dynamics, simulated, facts = simulate(config, body)
+        dynamics, orbits, facts = (simulated or simulate)(config, body)
         return make_learning_data(
-            simulated.orbits,
-            simulated.periods,
+            orbits.orbits,
+            orbits.periods,
             units,
             noise,
             streams,
@@ -64,16 +74,19 @@ def prepare(config: CharacterizationConfig, folders: Sequence[Path] = ()) -> Lea
             true_field=dynamics.acceleration,
             facts=facts,
         )
-    orbits, periods, facts = _measured(config, body, folders)
+    measured, periods, facts = _measured(config, body, folders)
     return make_learning_data(
-        orbits, periods, units, noise, streams, interpolation_share=share, facts=facts
+        measured, periods, units, noise, streams, interpolation_share=share, facts=facts
     )
 
 
 def simulate(
-    config: CharacterizationConfig, body: Body | None = None
-) -> tuple[Dynamics, SimulatedOrbits, dict[str, Any]]:
+    config: CharacterizationConfig, body: Body | None = None, *, compare_integrators: bool = True
+) -> Simulated:
     """Propagate the training orbit and the extrapolation orbits of a configuration.
+
+    ``compare_integrators`` false leaves out the RK4 orbit where heyoka makes the truth: nine
+    tenths of the time, and no number but the difference changes.
 
     Returns
     -------
@@ -91,25 +104,18 @@ def simulate(
     train, extrapolation = data.periods()
     if train is None or extrapolation is None:
         raise AssertionError("a simulated orbit has its periods from the volume preset")
-    count = data.extrapolation_orbits + (data.orbit is None)
     screened = max(SCREENING_PERIODS, train, extrapolation)
-    drawn = collision_free(
-        dynamics, radius, count, Streams(config.seed), data.ranges, periods=screened
-    )
-    elements, states = drawn.elements, drawn.states
-    if data.orbit is not None:
-        own = pd.DataFrame([data.orbit.model_dump()], columns=list(ELEMENT_NAMES))
-        states = np.vstack([require_collision_free(dynamics, own, radius, screened), states])
-        elements = pd.concat([own, elements], ignore_index=True)
+    elements, states, tried = _initial_conditions(config, dynamics, radius, screened)
     orbits = simulate_orbits(
         dynamics,
         elements,
         states,
         radius,
-        periods=[train] + [extrapolation] * data.extrapolation_orbits,
-        samples_per_period=data.samples_per_period or _SAMPLES_PER_PERIOD,
+        periods=[train] + [extrapolation] * (len(states) - 1),
+        samples_per_period=data.samples_per_period or SAMPLES_PER_PERIOD,
         integrator=data.integrator,
         rk4_steps_per_period=data.rk4_steps_per_period,
+        compare=compare_integrators,
     )
     low = np.flatnonzero(orbits.lowest_radius < radius)
     if len(low):  # the screening tolerance and RK4 leave room for a graze
@@ -118,16 +124,39 @@ def simulate(
             f"simulated periods, below the Brillouin sphere ({radius:g} m)",
             do="use fewer periods, another seed or another orbit",
         )
-    facts = {
+    facts: dict[str, Any] = {
         "truth": " + ".join(e.name.replace("_", " ") for e in dynamics.effects),
         "integrator": data.integrator,
-        f"largest RK4 - heyoka distance ({data.rk4_steps_per_period} steps a period), m": float(
-            orbits.rk4_difference.max()
-        ),
-        "initial conditions drawn to find the collision-free ones": drawn.tried,
-        "elements": elements.to_dict(orient="records"),
     }
+    if compare_integrators:
+        name = f"largest RK4 - heyoka distance ({data.rk4_steps_per_period} steps a period), m"
+        facts[name] = float(orbits.rk4_difference.max())
+    if tried:
+        facts["initial conditions drawn to find the collision-free ones"] = tried
+    facts["elements"] = elements.to_dict(orient="records")
     return dynamics, orbits, facts
+
+
+def _initial_conditions(
+    config: CharacterizationConfig, dynamics: Dynamics, radius: float, periods: float
+) -> tuple[pd.DataFrame, Array, int]:
+    """Elements and states of all orbits, given ones screened, and how many were drawn."""
+    data = config.data
+    own = [orbit for orbit in (data.orbit, *(data.other_orbits or ())) if orbit is not None]
+    given = pd.DataFrame([orbit.model_dump() for orbit in own], columns=list(ELEMENT_NAMES))
+    drawn = None
+    if data.other_orbits is None:
+        count = data.extrapolation_orbits + (data.orbit is None)
+        streams = Streams(config.seed)
+        drawn = collision_free(dynamics, radius, count, streams, data.ranges, periods=periods)
+    if not own:
+        assert drawn is not None  # other_orbits need data.orbit
+        return drawn.elements, drawn.states, drawn.tried
+    states = require_collision_free(dynamics, given, radius, periods)
+    if drawn is None:
+        return given, states, 0
+    elements = pd.concat([given, drawn.elements], ignore_index=True)
+    return elements, np.vstack([states, drawn.states]), drawn.tried
 
 
 def _measured(
@@ -161,6 +190,18 @@ def _measured(
 
 
 def _read(name: str, satellite: str | None, folders: Sequence[Path]) -> Trajectory:
+    options = {"satellite": satellite} if satellite else {}
+    return read_trajectory(find_trajectory(name, folders), **options)
+
+
+def find_trajectory(name: str, folders: Sequence[Path]) -> Path:
+    """Return the file of that name in the first of ``folders`` that has it, or as it is.
+
+    Raises
+    ------
+    ConfigError
+        Naming where it was looked for.
+    """
     path = Path(name).expanduser()
     candidates = [path] if path.is_absolute() else [f / path for f in folders] + [path]
     found = next((c for c in candidates if c.exists()), None)
@@ -171,8 +212,7 @@ def _read(name: str, satellite: str | None, folders: Sequence[Path]) -> Trajecto
             + ", ".join(str(c.parent) for c in candidates)
             + "; give the folder with --data, or write data.trajectory: simulated",
         )
-    options = {"satellite": satellite} if satellite else {}
-    return read_trajectory(found, **options)
+    return found
 
 
 def _refuse_impact(trajectory: Trajectory, body: Body) -> None:
