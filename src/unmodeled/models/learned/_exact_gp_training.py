@@ -27,7 +27,7 @@ JITTERS = (0.0, *(10.0**e for e in range(-10, -3)))
 _LENGTHS = (0.3, 1.0, 3.0)
 _NOISES = (1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 1.0)
 #: The grid is judged on about this many samples at most: it only picks a start.
-_SAMPLES = 128
+_SAMPLES = 500
 #: Bounds of lengthscale, signal variance and noise variance in scaled units.
 _LENGTH_LIMITS, _SIGNAL_LIMITS, _MOST_NOISE = (1e-2, 1e3), (1e-12, 1e8), 1e4
 #: Most signal variance per least noise variance: n times this bounds the condition number, and
