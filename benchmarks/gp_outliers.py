@@ -6,8 +6,9 @@ python benchmarks/gp_outliers.py --periods 100     # the paper's moderate volume
 Noise-free data.  The plain gpytorch loop is trained as the library comes (above 800 samples it
 changes to conjugate gradients and random traces without a word) and with exact Cholesky algebra
 forced on the same loop; ours beside both.  An error above 10^-0.5 in the plain loop only would be
-one of the algebra.  At 855 samples there was none on two orbits: 5.5e-3 as the library comes,
-2.0e-3 with Cholesky, 1e-5 ours; the moderate volume has not been run.
+one of the algebra.  On the one orbit that was run through (seed 1, 855 samples) there was none:
+median 5.5e-3 as the library comes, 2.0e-3 with Cholesky, 1e-5 ours.  So the cause of the paper's
+outliers is not shown here; its moderate volume has not been run with the plain loop.
 """
 
 from __future__ import annotations
