@@ -6,6 +6,7 @@ import torch
 from tests.models.learned.problem import fractional_error, samples
 
 from unmodeled.core.errors import ConfigError, NumericalError
+from unmodeled.models.learned._spectral_training import SpectralStack, _Work
 from unmodeled.models.learned.spectral_mlp import SpectralMLP
 
 
@@ -103,3 +104,48 @@ def test_hyperparameters_out_of_range(key):
     X, y, _, _ = samples()
     with pytest.raises(ConfigError, match=f"spectral_mlp: {key} is 0. Allowed: > 0"):
         SpectralMLP(**{key: 0}).fit(X, y)
+
+
+@pytest.mark.parametrize(("layers", "width"), [(1, 5), (2, 7), (4, 16)])
+def test_the_backward_pass_by_hand_is_that_of_autograd(layers, width):
+    rng = np.random.default_rng(0)
+    x, t = (
+        torch.from_numpy(rng.normal(size=(2, 30, 3))),
+        torch.from_numpy(rng.normal(size=(2, 30, 3))),
+    )
+    share = 1.5
+    stack = SpectralStack(layers, width, share, [0, 1], torch.device("cpu"))
+    for group in stack._groups:
+        group.normalise(share)
+    work = _Work(x, stack._shapes)
+    loss = stack._forward(work, t)
+    stack._backward(work)
+    weights = [w.clone().requires_grad_() for w in stack._weights]
+    biases = [b.clone().requires_grad_() for b in stack._biases]
+    lefts = [v for g in stack._groups for v in g._left.split(2)]
+    rights = [v for g in stack._groups for v in g.right.split(2)]
+    h = x
+    for k, (w, b) in enumerate(zip(weights, biases, strict=True)):
+        # torch's own spectral normalisation: singular vectors are constants
+        h = h @ (w * (share / (lefts[k].mT @ w @ rights[k]))).mT + b
+        h = torch.relu(h) if k < layers else h
+    theirs = ((h - t) ** 2).mean(dim=(1, 2))
+    theirs.sum().backward()
+    torch.testing.assert_close(loss, theirs.detach(), rtol=1e-13, atol=0)
+    for ours, parameter in zip(stack._d_weights + stack._d_biases, weights + biases, strict=True):
+        # rounding of a few hundred terms of order one
+        torch.testing.assert_close(ours, parameter.grad, rtol=1e-11, atol=1e-13)
+
+
+def test_single_precision_learns_as_well_and_keeps_its_bound():
+    X, y, held, _ = samples()
+    double, single = (
+        SpectralMLP(layers=3, width=32, epochs=300, precision=p).fit(X, y)
+        for p in ("double", "single")
+    )
+    # the courses part after some epochs; the losses stay alike
+    assert single.loss_ < 2 * double.loss_
+    assert single.predict(held).dtype == np.float64
+    assert single.lipschitz_bound_ <= 30 * single._scaling.slope * (1 + 1e-12)
+    with pytest.raises(ConfigError, match=r'precision is "half"\. Allowed: double, single'):
+        SpectralMLP(precision="half").fit(X, y)

@@ -1,5 +1,6 @@
 """Learners: one contract, one file each."""
 
+from unmodeled.models.learned.batch import fit_batch
 from unmodeled.models.learned.exact_gp import ExactGP
 from unmodeled.models.learned.harmonic_least_squares import (
     FittedPointMass,
@@ -34,6 +35,7 @@ __all__ = [
     "Residual",
     "SpectralMLP",
     "ZonalOracle",
+    "fit_batch",
     "learner_class",
     "learner_names",
     "load_learner",

@@ -1,4 +1,4 @@
-"""Training of `ExactGP`: gpytorch with exact algebra, from the best start of a grid.
+"""Training of `ExactGP`: from the best start of a grid, by Adam, L-BFGS or Newton's method.
 
 Hyperparameters travel as an array ``theta`` (4, 3) in scaled units: rows are lengthscale, signal
 variance, noise variance and mean, columns the acceleration components.
@@ -6,26 +6,19 @@ variance, noise variance and mean, columns the acceleration components.
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Sequence
 
 import numpy as np
-import torch
+from scipy.special import expit
 
 from unmodeled.core.arrays import Array
-from unmodeled.core.errors import NumericalError
 from unmodeled.models.learned._distances import squared_distances
+from unmodeled.models.learned._exact_gp_lbfgs import maximise
+from unmodeled.models.learned._exact_gp_likelihood import Likelihood
+from unmodeled.models.learned._exact_gp_newton import minimise
 from unmodeled.models.learned.learner import Progress
 
-with warnings.catch_warnings():
-    # linear_operator compiles two functions on import; who makes warnings errors could not import
-    warnings.filterwarnings("ignore", r"`torch\.jit\.script` is deprecated", DeprecationWarning)
-    import gpytorch
-    from linear_operator.utils.errors import NanError, NotPSDError
-    from linear_operator.utils.warnings import NumericalWarning
-
-__all__ = ["JITTERS", "GpytorchModel", "best_start", "exact_algebra", "train"]
+__all__ = ["JITTERS", "adam", "best_start", "optimum"]
 
 #: Shares of the signal variance added to a kernel matrix that Cholesky refuses, in turn.
 JITTERS = (0.0, *(10.0**e for e in range(-10, -3)))
@@ -35,6 +28,13 @@ _LENGTHS = (0.3, 1.0, 3.0)
 _NOISES = (1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 1.0)
 #: The grid is judged on about this many samples at most: it only picks a start.
 _SAMPLES = 500
+#: Bounds of lengthscale, signal variance and noise variance in scaled units.
+_LENGTH_LIMITS, _SIGNAL_LIMITS, _MOST_NOISE = (1e-2, 1e3), (1e-12, 1e8), 1e4
+#: Most signal variance per least noise variance: n times this bounds the condition number, and
+#: above 1e16 the likelihood itself is rounding, on which an optimiser loses its way.
+_MOST_CONTRAST = 1e12
+#: Adam's decay rates and the guard of its quotient, [Kingma2015].
+_BETA_1, _BETA_2, _EPSILON = 0.9, 0.999, 1e-8
 
 
 def best_start(x: Array, t: Array, noise_floor: float, known_noise: float) -> Array:
@@ -73,110 +73,124 @@ def best_start(x: Array, t: Array, noise_floor: float, known_noise: float) -> Ar
     return np.stack([found[k][1][:, i] for i, k in enumerate(best)], axis=1)
 
 
-class GpytorchModel(gpytorch.models.ExactGP):  # type: ignore[misc]
-    """Three RBF processes as one gpytorch batch, in float64.
-
-    Parameters
-    ----------
-    x, t : ndarray (n, 3)
-        Scaled positions and targets.
-    noise_floor : float
-        Least noise variance, scaled.
-    """
-
-    def __init__(self, x: Array, t: Array, noise_floor: float) -> None:
-        batch = torch.Size([3])
-        likelihood = gpytorch.likelihoods.GaussianLikelihood(
-            batch_shape=batch, noise_constraint=gpytorch.constraints.GreaterThan(noise_floor)
-        )
-        super().__init__(torch.from_numpy(x), torch.from_numpy(t.T.copy()), likelihood)
-        self.mean_module = gpytorch.means.ConstantMean(batch_shape=batch)
-        self.covar_module = gpytorch.kernels.ScaleKernel(
-            gpytorch.kernels.RBFKernel(batch_shape=batch), batch_shape=batch
-        )
-        self.double()  # gpytorch makes float32 parameters by the global default
-
-    def forward(self, x: torch.Tensor) -> gpytorch.distributions.MultivariateNormal:
-        return gpytorch.distributions.MultivariateNormal(self.mean_module(x), self.covar_module(x))
-
-    def set_theta(self, theta: Array) -> None:
-        length, signal, noise, mean = torch.from_numpy(theta)
-        self.covar_module.base_kernel.lengthscale = length[:, None, None]
-        self.covar_module.outputscale = signal
-        self.likelihood.noise = noise[:, None]
-        self.mean_module.constant = mean
-
-    def theta(self) -> Array:
-        rows = (
-            self.covar_module.base_kernel.lengthscale,
-            self.covar_module.outputscale,
-            self.likelihood.noise,
-            self.mean_module.constant,
-        )
-        return np.stack([row.detach().numpy().reshape(3).copy() for row in rows])
-
-
-@contextmanager
-def exact_algebra() -> Iterator[None]:
-    """Hold gpytorch to exact Cholesky at any size, with the jitters of this module."""
-    settings = gpytorch.settings
-    with ExitStack() as stack:
-        for context in (
-            settings.max_cholesky_size(2**31),
-            settings.fast_computations(
-                covar_root_decomposition=False, log_prob=False, solves=False
-            ),
-            settings.cholesky_jitter(double_value=JITTERS[1]),
-            settings.cholesky_max_tries(len(JITTERS) - 1),
-            warnings.catch_warnings(),
-        ):
-            stack.enter_context(context)
-        # Jitter on the way matters not; the jitter of the result is recorded by `ExactGP`.
-        warnings.simplefilter("ignore", NumericalWarning)
-        yield
-
-
-def train(
-    x: Array,
-    t: Array,
-    start: Array,
+def adam(
+    likelihood: Likelihood,
+    starts: Sequence[Array],
     noise_floor: float,
     epochs: int,
     learning_rate: float,
     progress: Progress,
-) -> Array:
-    """Maximise the marginal likelihood by Adam at a constant rate; return the best ``theta``.
+) -> list[Array]:
+    """Maximise the likelihood by Adam at a constant rate; return the best ``theta`` of each.
 
-    Raises
-    ------
-    NumericalError
-        If the likelihood cannot be computed even at the start.
+    Steps are taken in gpytorch's raw hyperparameters (softplus, the noise above its floor, the
+    mean as it is) on its objective, the mean over samples: the same course as gpytorch's own, at
+    a third of its cost. Of all epochs the best one is kept, for each component.
+
+    Parameters
+    ----------
+    likelihood : Likelihood
+        Of ``b`` data sets.
+    starts : sequence of ndarray (4, 3)
+        ``theta`` at which each begins.
+    noise_floor : float
+        Least noise variance, scaled.
+    epochs, learning_rate
+        Steps and rate of Adam.
+    progress : callable
+        Told the share done.
+
+    Returns
+    -------
+    list of ndarray (4, 3)
+        Infinite where the likelihood cannot be computed even at the start.
     """
-    model = GpytorchModel(x, t, noise_floor)
-    model.set_theta(start)
-    model.train()
-    objective = gpytorch.mlls.ExactMarginalLogLikelihood(model.likelihood, model)
-    adam = torch.optim.Adam(model.parameters(), lr=learning_rate)
-    best, theta = np.full(3, np.inf), start
-    with exact_algebra():
-        for epoch in range(epochs + 1):
-            adam.zero_grad()
-            try:
-                loss = -objective(model(*model.train_inputs), model.train_targets)
-            except (NotPSDError, NanError):
-                break  # keep the best so far
-            value = loss.detach().numpy()
-            better = value < best  # False for NaN
-            theta = np.where(better, model.theta(), theta)
-            best = np.where(better, value, best)
-            if epoch == epochs:
-                break
-            loss.sum().backward()  # the components share nothing
-            adam.step()
-            progress((epoch + 1) / epochs)
-    if not np.isfinite(best).all():
-        raise NumericalError(
-            f"exact_gp: the marginal likelihood of {len(x)} samples cannot be computed",
-            do="raise noise_floor or remove repeated positions",
+    theta = _columns(starts)
+    floor = np.array([0.0, 0.0, noise_floor])
+    raw = np.column_stack([_inverse_softplus(theta[:, :3] - floor), theta[:, 3]])
+    moment, square = np.zeros_like(raw), np.zeros_like(raw)
+    best, kept = np.full(len(raw), np.inf), np.full_like(raw, np.inf)
+    active = np.arange(len(raw), dtype=np.int64)
+    for epoch in range(epochs + 1):
+        positive = np.logaddexp(raw[active, :3], 0.0) + floor
+        with np.errstate(divide="ignore", over="ignore"):
+            found = likelihood(np.log(positive), raw[active, 3], which=active)
+        # A component whose kernel turns singular keeps its best epoch and stops.
+        healthy = np.isfinite(found.value) & np.isfinite(found.gradient).all(axis=1)
+        better = healthy & (found.value < best[active])
+        chosen = active[better]
+        kept[chosen] = np.column_stack([positive, raw[active, 3]])[better]
+        best[chosen] = found.value[better]
+        active, positive = active[healthy], positive[healthy]
+        if epoch == epochs or not len(active):
+            break
+        slope = expit(raw[active, :3]) / positive
+        gradient = np.column_stack(
+            [found.gradient[healthy] * slope, found.mean_gradient[healthy]]
+        ) / (likelihood.samples)
+        moment[active] += (1 - _BETA_1) * (gradient - moment[active])
+        square[active] = _BETA_2 * square[active] + (1 - _BETA_2) * gradient**2
+        size = np.sqrt(square[active] / (1 - _BETA_2 ** (epoch + 1))) + _EPSILON
+        raw[active] -= learning_rate / (1 - _BETA_1 ** (epoch + 1)) * moment[active] / size
+        progress((epoch + 1) / epochs)
+    progress(1.0)
+    return _thetas(kept)
+
+
+def optimum(
+    likelihood: Likelihood,
+    starts: Sequence[Array],
+    noise_floor: float,
+    method: str,
+    iterations: int,
+    progress: Progress,
+) -> list[Array]:
+    """Maximise the likelihood to its optimum, the mean always at its most likely value.
+
+    Parameters
+    ----------
+    likelihood, starts, noise_floor, progress
+        As in `adam`.
+    method : {"newton", "lbfgs"}
+        Newton's method with closed-form second derivatives, or scipy's L-BFGS-B.
+    iterations : int
+        Steps of each component at most.
+
+    Returns
+    -------
+    list of ndarray (4, 3)
+        As `adam`.
+    """
+    least, most = _SIGNAL_LIMITS
+    signals = (least, max(1.0, min(most, _MOST_CONTRAST * noise_floor)))
+    low, high = np.log([_LENGTH_LIMITS, signals, (noise_floor, _MOST_NOISE)]).T
+    first = np.clip(np.log(_columns(starts)[:, :3]), low, high)
+    if method == "lbfgs":
+        point, value, mean = maximise(likelihood, first, (low, high), iterations, progress)
+    else:
+        point, found = minimise(
+            lambda points, which: likelihood(points, which=which, second=True),
+            first,
+            (low, high),
+            iterations,
+            progress,
         )
-    return theta
+        value, mean = found.value, found.mean
+    progress(1.0)
+    theta = np.column_stack([np.exp(point), mean])
+    return _thetas(np.where(np.isfinite(value)[:, None], theta, np.inf))
+
+
+def _columns(thetas: Sequence[Array]) -> Array:
+    """Stack ``theta`` (4, 3) of each data set as rows (3 b, 4), a component a row."""
+    return np.concatenate([theta.T for theta in thetas])
+
+
+def _thetas(rows: Array) -> list[Array]:
+    """Undo `_columns`."""
+    return [np.ascontiguousarray(rows[k : k + 3].T) for k in range(0, len(rows), 3)]
+
+
+def _inverse_softplus(value: Array) -> Array:
+    inverse: Array = value + np.log(-np.expm1(-value))
+    return inverse

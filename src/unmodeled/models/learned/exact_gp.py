@@ -2,25 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import ClassVar, Literal
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
+import torch
 from scipy.linalg import LinAlgError, cholesky, solve_triangular
 from scipy.linalg.lapack import dpocon
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import ConfigError, NumericalError
 from unmodeled.models.learned._distances import squared_distances
-from unmodeled.models.learned._exact_gp_lbfgs import maximise
-from unmodeled.models.learned._exact_gp_training import JITTERS, best_start, train
+from unmodeled.models.learned._exact_gp_likelihood import Likelihood
+from unmodeled.models.learned._exact_gp_training import JITTERS, adam, best_start, optimum
 from unmodeled.models.learned.learner import Learner, NoiseLevel, Progress
 from unmodeled.models.learned.scaling import Standardiser
 
+if TYPE_CHECKING:
+    from unmodeled.models.learned._exact_gp_gpytorch import GpytorchModel
+
 __all__ = ["ExactGP"]
+
+_OPTIMIZERS = ("adam", "lbfgs", "newton")
 
 #: Positions predicted at once; bounds the memory at about 256 * n * 32 bytes.
 _CHUNK = 256
+#: Up to this many samples the Cholesky factors are kept, 6 MB; above, computed when needed.
+_KEEP = 512
 
 
 class ExactGP(Learner):
@@ -45,10 +53,10 @@ class ExactGP(Learner):
         Of Adam, on gpytorch's raw (softplus) hyperparameters.
     noise_floor : float
         Least noise variance, as a share of the mean variance of the accelerations.
-    optimizer : {"adam", "lbfgs"}
-        ``adam`` is the paper's, in gpytorch, with a fixed number of epochs. ``lbfgs`` goes to the
-        optimum in numpy with closed-form gradients, in ``epochs`` steps at most; several times
-        faster and at least as likely.
+    optimizer : {"adam", "lbfgs", "newton"}
+        ``adam`` is the paper's, with a fixed number of epochs. ``lbfgs`` and ``newton`` go to the
+        optimum in ``epochs`` steps at most, by scipy's L-BFGS-B or with closed-form second
+        derivatives; ``newton`` is the fastest.
 
     Attributes
     ----------
@@ -61,9 +69,9 @@ class ExactGP(Learner):
 
     Notes
     -----
-    Known acceleration noise is the start of the noise, not its value; that of single samples
-    (``lbfgs`` only) is added to it as it is.  Position noise is not used: with it, the fitted
-    noise takes up what it can.  [Rasmussen2006] Algorithm 2.1.
+    Known acceleration noise is the start of the noise, not its value; that of single samples is
+    added to it as it is.  Position noise is not used: with it, the fitted noise takes up what it
+    can.  [Rasmussen2006] Algorithm 2.1.
     """
 
     name: ClassVar[str] = "exact_gp"
@@ -80,7 +88,7 @@ class ExactGP(Learner):
         epochs: int = 100,
         learning_rate: float = 0.1,
         noise_floor: float = 1e-8,
-        optimizer: Literal["adam", "lbfgs"] = "adam",
+        optimizer: Literal["adam", "lbfgs", "newton"] = "adam",
     ) -> None:
         self.epochs = epochs
         self.learning_rate = learning_rate
@@ -88,29 +96,89 @@ class ExactGP(Learner):
         self.optimizer = optimizer
 
     def _fit(self, X: Array, y: Array, noise: NoiseLevel, progress: Progress) -> None:
+        self._fit_stack([self], [X], [y], [noise], torch.device("cpu"), progress)
+
+    @classmethod
+    def _fit_stack(
+        cls,
+        members: Sequence[ExactGP],
+        X: Sequence[Array],
+        y: Sequence[Array],
+        noise: Sequence[NoiseLevel],
+        device: torch.device,
+        progress: Progress,
+    ) -> list[NumericalError | None]:
+        """Train members of the same hyperparameters on data of one size; see `fit_batch`.
+
+        Raises
+        ------
+        NumericalError
+            For a single member; of several, the error stands in the place of the member.
+        """
+        first = members[0]
         for key in ("epochs", "learning_rate", "noise_floor"):
-            if not getattr(self, key) > 0:
-                raise ConfigError(f"{self.name}: {key} is {getattr(self, key)}", allowed="> 0")
-        if self.optimizer not in ("adam", "lbfgs"):
+            if not getattr(first, key) > 0:
+                raise ConfigError(f"{cls.name}: {key} is {getattr(first, key)}", allowed="> 0")
+        if first.optimizer not in _OPTIMIZERS:
             raise ConfigError(
-                f'{self.name}: optimizer is "{self.optimizer}"', allowed="adam, lbfgs"
+                f'{cls.name}: optimizer is "{first.optimizer}"', allowed=", ".join(_OPTIMIZERS)
             )
-        if noise.samples is not None and self.optimizer != "lbfgs":
-            raise ConfigError(
-                f"{self.name}: noise of single samples with optimizer {self.optimizer}",
-                allowed="lbfgs",
-            )
-        scaling = Standardiser.of(X, y)
-        x, t = scaling.positions(X), scaling.targets(y)
-        own = np.zeros_like(t) if noise.samples is None else (noise.samples / scaling.y_scale) ** 2
-        known = (noise.acceleration / scaling.y_scale) ** 2
-        start = best_start(x, t, self.noise_floor, known)
-        if self.optimizer == "lbfgs":
-            theta = maximise(x, t, start, self.noise_floor, self.epochs, progress, own)
+        scalings = [Standardiser.of(a, b) for a, b in zip(X, y, strict=True)]
+        x = [s.positions(a) for s, a in zip(scalings, X, strict=True)]
+        t = [s.targets(b) for s, b in zip(scalings, y, strict=True)]
+        known = [(n.acceleration / s.y_scale) ** 2 for s, n in zip(scalings, noise, strict=True)]
+        own = [
+            np.zeros_like(b) if n.samples is None else (n.samples / s.y_scale) ** 2
+            for n, s, b in zip(noise, scalings, t, strict=True)
+        ]
+        floor = first.noise_floor
+        starts = [best_start(a, b, floor, k) for a, b, k in zip(x, t, known, strict=True)]
+        likelihood = Likelihood(x, t, device, own)
+        if first.optimizer == "adam":
+            thetas = adam(likelihood, starts, floor, first.epochs, first.learning_rate, progress)
         else:
-            theta = train(x, t, start, self.noise_floor, self.epochs, self.learning_rate, progress)
-        self._set_state(scaling, x, theta, own)
-        self._condition(t)
+            thetas = optimum(likelihood, starts, floor, first.optimizer, first.epochs, progress)
+        errors: list[NumericalError | None] = []
+        for member, scaling, a, b, o, theta in zip(
+            members, scalings, x, t, own, thetas, strict=True
+        ):
+            error = None
+            if np.isfinite(theta).all():
+                try:
+                    member._set_state(scaling, a, theta, o)
+                    member._condition(b)
+                except NumericalError as found:
+                    error = found
+            else:
+                error = NumericalError(
+                    f"{cls.name}: the marginal likelihood of {len(a)} samples cannot be computed",
+                    do="raise noise_floor or remove repeated positions",
+                )
+            errors.append(error)
+        if len(members) == 1 and errors[0] is not None:
+            raise errors[0]
+        return errors
+
+    def to_gpytorch(self) -> GpytorchModel:
+        """Return the same process as a gpytorch model, in scaled positions and targets.
+
+        Use it inside ``exact_algebra`` of the same module: by default gpytorch leaves exact
+        algebra above 800 samples.
+        """
+        # gpytorch takes two seconds to import, and nothing else here needs it.
+        from unmodeled.models.learned._exact_gp_gpytorch import GpytorchModel
+
+        self._require_fitted()
+        if self._own.any():
+            raise ConfigError(
+                f"{self.name}: noise of single samples in gpytorch's one noise level",
+                allowed="a process fitted without it",
+            )
+        noise = self._theta[2] * self._weights.T
+        targets = self._theta[3] + (self._kernel(self._x) * self._weights).sum(axis=-1) + noise
+        twin = GpytorchModel(self._x, targets, self.noise_floor)
+        twin.set_theta(self._theta)
+        return twin
 
     def _set_state(self, scaling: Standardiser, x: Array, theta: Array, own: Array) -> None:
         """Take rows of ``theta`` (4, 3): lengthscale, signal variance, noise variance, mean.
@@ -124,38 +192,40 @@ class ExactGP(Learner):
 
     def _condition(self, t: Array) -> None:
         """Factorise, and compute weights (3, n) and likelihoods."""
-        self._factorise()
+        factors = self._factorise()
         residuals = t.T - self._theta[3][:, None]
         halves = [
-            solve_triangular(f, r, lower=True)
-            for f, r in zip(self._factors, residuals, strict=True)
+            solve_triangular(f, r, lower=True) for f, r in zip(factors, residuals, strict=True)
         ]
         self._weights = np.stack(
             [
                 solve_triangular(f, h, lower=True, trans="T")
-                for f, h in zip(self._factors, halves, strict=True)
+                for f, h in zip(factors, halves, strict=True)
             ]
         )
-        logdet = np.array([2 * np.log(np.diag(f)).sum() for f in self._factors])
+        logdet = np.array([2 * np.log(np.diag(f)).sum() for f in factors])
         quadratic = np.array([h @ h for h in halves])
         self.nll_ = 0.5 * (quadratic + logdet + len(t) * np.log(2 * np.pi))
 
-    def _factorise(self) -> None:
-        """Compute the lower Cholesky factors (3, n, n), with jitter where it must be."""
+    def _factorise(self) -> Array:
+        """Return the lower Cholesky factors (3, n, n), with jitter where it must be."""
         square = squared_distances(self._x, self._x)
         factors, jitters, conditions = [], [], []
         for (length, signal, noise), own in zip(self._theta[:3].T, self._own.T, strict=True):
             kernel = signal * np.exp(-0.5 / length**2 * square)
             kernel[np.diag_indices_from(kernel)] += noise + own
+            norm = float(np.abs(kernel).sum(axis=0).max())
             factor, jitter = _cholesky(kernel)
             factors.append(factor)
             jitters.append(jitter)
-            norm = float(np.abs(kernel).sum(axis=0).max())
             # LAPACK's estimate in the 1-norm: n^2 operations, where singular values take n^3
             conditions.append(1.0 / max(float(dpocon(factor, norm, uplo="L")[0]), 1e-300))
-        self._factors = np.stack(factors)
         self.jitter_ = max(jitters)
         self._condition_number = max(conditions)
+        stacked = np.stack(factors)
+        # Large ones would fill the memory of a sweep; they follow from the rest.
+        self._kept_factors = stacked if len(self._x) <= _KEEP else None
+        return stacked
 
     def _kernel(self, x: Array) -> Array:
         """Covariances (m, 3, n) of scaled positions ``x`` (m, 3) with the samples."""
@@ -187,8 +257,9 @@ class ExactGP(Learner):
         x = self._scaling.positions(X)
         covariance = np.zeros((len(x), 3, 3))
         kernel = self._kernel(x)
+        factors = self._factorise() if self._kept_factors is None else self._kept_factors
         for i in range(3):
-            half = solve_triangular(self._factors[i], kernel[:, i].T, lower=True)
+            half = solve_triangular(factors[i], kernel[:, i].T, lower=True)
             # Right at a sample the difference is lost in the rounding of the signal variance.
             signal = float(self._theta[1, i])
             variance = np.maximum(signal - (half**2).sum(axis=0), np.finfo(float).eps * signal)

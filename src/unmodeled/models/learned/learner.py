@@ -49,7 +49,7 @@ class NoiseLevel:
         In the units of the samples.
     samples : ndarray (n, 3), optional
         Of each component of each acceleration, beside ``acceleration``, in the same units. Of the
-        learners `ExactGP` (lbfgs) and `RBFNetwork` weigh their samples; the others take them all
+        learners `ExactGP` and `RBFNetwork` weigh their samples; the others take them all
         alike.
     """
 
@@ -139,6 +139,13 @@ class Learner(ABC):
         NumericalError
             If the fit breaks down in spite of good data.
         """
+        noise = noise or NoiseLevel()
+        X, y = self._checked_samples(X, y, noise)
+        self._fit(X, y, noise, progress or (lambda share: None))
+        self.n_samples_ = len(X)
+        return self
+
+    def _checked_samples(self, X: Array, y: Array, noise: NoiseLevel) -> tuple[Array, Array]:
         X = as_array(X, ("n", 3), "X")
         y = as_array(y, ("n", 3), "y")
         if len(X) != len(y):
@@ -151,15 +158,12 @@ class Learner(ABC):
                 allowed=f"at least {self.min_samples}",
                 do="use a longer trajectory or more samples a period",
             )
-        noise = noise or NoiseLevel()
         if noise.samples is not None and len(noise.samples) != len(X):
             raise DataError(
                 f"X has {len(X)} samples and their noise has {len(noise.samples)}",
                 allowed="a noise level for each sample",
             )
-        self._fit(X, y, noise, progress or (lambda share: None))
-        self.n_samples_ = len(X)
-        return self
+        return X, y
 
     def predict(self, X: Array) -> Array:
         """Return accelerations (n, 3) at positions ``X`` (n, 3)."""

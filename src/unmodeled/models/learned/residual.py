@@ -52,8 +52,16 @@ class Residual(Learner):
         self.has_covariance = learner.has_covariance
 
     def _fit(self, X: Array, y: Array, noise: NoiseLevel, progress: Progress) -> None:
-        rest = y - self._baseline().fit(X, y).predict(X)
-        self.learner_ = _copy(self.learner).fit(X, rest, noise, progress=progress)
+        self._prepared().fit(X, self._rest(X, y), noise, progress=progress)
+
+    def _rest(self, X: Array, y: Array) -> Array:
+        """Return what the point mass leaves of ``y`` (n, 3)."""
+        return y - self._baseline().fit(X, y).predict(X)
+
+    def _prepared(self) -> Learner:
+        """Return the copy of the inner learner that is to be trained."""
+        self.learner_ = _copy(self.learner)
+        return self.learner_
 
     def _baseline(self) -> PointMassOnly:
         return PointMassOnly(self.gm)

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import math
-from typing import ClassVar
+from collections.abc import Sequence
+from typing import ClassVar, Literal
 
 import numpy as np
 import torch
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import ConfigError, NumericalError
+from unmodeled.models.learned._spectral_training import SpectralStack, forward
 from unmodeled.models.learned.learner import Learner, NoiseLevel, Progress
 from unmodeled.models.learned.scaling import Standardiser
 
 __all__ = ["SpectralMLP"]
 
-#: Epochs between two frozen networks; the norms cost as much as two epochs.
-_CHECK_EVERY = 10
+_PRECISIONS = {"double": torch.float64, "single": torch.float32}
 
 
 class SpectralMLP(Learner):
@@ -44,6 +45,9 @@ class SpectralMLP(Learner):
         position (`Standardiser`).
     random_state : int
         Seed of the initial weights; the only randomness.
+    precision : {"double", "single"}
+        Numbers of the training. ``single`` takes half the time; what predicts is in double
+        precision in any case, and so is its certified bound.
 
     Attributes
     ----------
@@ -77,6 +81,7 @@ class SpectralMLP(Learner):
         learning_rate: float = 1e-3,
         lipschitz: float = 30.0,
         random_state: int = 0,
+        precision: Literal["double", "single"] = "double",
     ) -> None:
         self.layers = layers
         self.width = width
@@ -84,23 +89,65 @@ class SpectralMLP(Learner):
         self.learning_rate = learning_rate
         self.lipschitz = lipschitz
         self.random_state = random_state
+        self.precision = precision
 
     def _fit(self, X: Array, y: Array, noise: NoiseLevel, progress: Progress) -> None:
+        self._fit_stack([self], [X], [y], torch.device("cpu"), progress)
+
+    @classmethod
+    def _fit_stack(
+        cls,
+        members: Sequence[SpectralMLP],
+        X: Sequence[Array],
+        y: Sequence[Array],
+        device: torch.device,
+        progress: Progress,
+    ) -> list[NumericalError | None]:
+        """Train members that differ in nothing but seed and data of one size; see `fit_batch`.
+
+        Raises
+        ------
+        NumericalError
+            For a single member; of several, the error stands in the place of the member.
+        """
+        first = members[0]
         for key in ("layers", "width", "epochs", "learning_rate", "lipschitz"):
-            if not (math.isfinite(getattr(self, key)) and getattr(self, key) > 0):
-                raise ConfigError(f"{self.name}: {key} is {getattr(self, key)}", allowed="> 0")
-        scaling = Standardiser.of(X, y)
-        share = self.lipschitz ** (1.0 / (self.layers + 1))
-        network = _Network(self.layers, self.width, share, self.random_state)
-        weights, biases, self.loss_ = network.train(
-            scaling.positions(X), scaling.targets(y), self.epochs, self.learning_rate, progress
-        )
-        if not weights:
-            raise NumericalError(
-                f"{self.name}: the loss of {len(X)} samples is not finite",
-                do="lower learning_rate",
+            if not (math.isfinite(getattr(first, key)) and getattr(first, key) > 0):
+                raise ConfigError(f"{cls.name}: {key} is {getattr(first, key)}", allowed="> 0")
+        if first.precision not in _PRECISIONS:
+            raise ConfigError(
+                f'{cls.name}: precision is "{first.precision}"', allowed="double, single"
             )
-        self._set_state(scaling, weights, biases)
+        scalings = [Standardiser.of(a, b) for a, b in zip(X, y, strict=True)]
+        stack = SpectralStack(
+            first.layers,
+            first.width,
+            first.lipschitz ** (1.0 / (first.layers + 1)),
+            [m.random_state for m in members],
+            device,
+            _PRECISIONS[first.precision],
+        )
+        networks = stack.train(
+            np.stack([s.positions(a) for s, a in zip(scalings, X, strict=True)]),
+            np.stack([s.targets(b) for s, b in zip(scalings, y, strict=True)]),
+            first.epochs,
+            first.learning_rate,
+            progress,
+        )
+        errors: list[NumericalError | None] = []
+        for member, scaling, network, samples in zip(members, scalings, networks, X, strict=True):
+            errors.append(None)
+            if network is None:
+                errors[-1] = NumericalError(
+                    f"{cls.name}: the loss of {len(samples)} samples is not finite",
+                    do="lower learning_rate",
+                )
+                continue
+            member.loss_ = network.loss
+            member._set_state(scaling, network.weights, network.biases)
+        if len(members) == 1 and errors[0] is not None:
+            raise errors[0]
+        return errors
 
     def _set_state(self, scaling: Standardiser, weights: list[Array], biases: list[Array]) -> None:
         self._scaling, self._weights, self._biases = scaling, weights, biases
@@ -108,7 +155,7 @@ class SpectralMLP(Learner):
         self.lipschitz_bound_ = math.prod(norms) * scaling.slope
 
     def _predict(self, X: Array) -> Array:
-        scaled = _forward(self._weights, self._biases, self._scaling.positions(X))
+        scaled = forward(self._weights, self._biases, self._scaling.positions(X))
         return self._scaling.accelerations(scaled)
 
     def _jacobian(self, X: Array) -> Array:
@@ -143,86 +190,3 @@ class SpectralMLP(Learner):
         biases = [arrays[f"bias_{k}"] for k in range(self.layers + 1)]
         self._set_state(Standardiser.restore(arrays), weights, biases)
         self.loss_ = float(arrays["loss"][0])
-
-
-def _forward(weights: list[Array], biases: list[Array], x: Array) -> Array:
-    """Return outputs (n, 3) at scaled positions ``x`` (n, 3)."""
-    for weight, bias in zip(weights[:-1], biases[:-1], strict=True):
-        x = np.maximum(x @ weight.T + bias, 0.0)
-    outputs: Array = x @ weights[-1].T + biases[-1]
-    return outputs
-
-
-class _Network:
-    """The network in training: each matrix times ``share`` over its estimated spectral norm.
-
-    The hidden matrices lie in one stack, so that one power iteration serves them all.
-    """
-
-    def __init__(self, layers: int, width: int, share: float, seed: int) -> None:
-        # A generator of its own: torch's global stream stays as it was.
-        generator = torch.Generator().manual_seed(seed)
-
-        def random(*shape: int) -> torch.Tensor:
-            return torch.empty(shape, dtype=torch.float64).normal_(generator=generator)
-
-        self._share = share
-        weights = [random(1, width, 3), random(layers - 1, width, width), random(1, 3, width)]
-        # Start on the bound, so that Adam's step is small against the weights' size, not 1.
-        weights = [w * (share / torch.linalg.matrix_norm(w, ord=2, keepdim=True)) for w in weights]
-        # Biases of the first layer spread its kinks over the samples, which have spread 1.
-        biases = [random(1, width), 0.1 * random(layers - 1, width), 0.0 * random(1, 3)]
-        self._right = [torch.linalg.svd(w).Vh[:, 0, :, None] for w in weights]
-        self._weights = [w.requires_grad_() for w in weights]
-        self._biases = [b.requires_grad_() for b in biases]
-
-    def _normalised(self) -> list[torch.Tensor]:
-        """One step of power iteration, and the matrices brought to norm ``share``."""
-        stacks = []
-        for k, weight in enumerate(self._weights):
-            with torch.no_grad():
-                left = torch.nn.functional.normalize(weight @ self._right[k], dim=1)
-                self._right[k] = torch.nn.functional.normalize(weight.mT @ left, dim=1)
-            norm = left.mT @ weight @ self._right[k]
-            stacks.append(weight * (self._share / norm))
-        return [*stacks[0].unbind(0), *stacks[1].unbind(0), *stacks[2].unbind(0)]
-
-    def _frozen(self, tensors: list[torch.Tensor]) -> list[Array]:
-        """Return copies in numpy, matrices brought down to norm ``share`` where above."""
-        arrays = [np.array(t.detach().numpy()) for t in tensors]
-        return [
-            a * min(1.0, self._share / float(np.linalg.norm(a, 2))) if a.ndim == 2 else a
-            for a in arrays
-        ]
-
-    def train(
-        self, x: Array, t: Array, epochs: int, learning_rate: float, progress: Progress
-    ) -> tuple[list[Array], list[Array], float]:
-        """Minimise the mean squared error; return frozen matrices, biases and their loss.
-
-        At a constant rate Adam keeps jumping about the minimum, by a factor of ten in the loss,
-        and power iteration lags by up to a per cent of a norm, which the frozen network has to
-        give up: the last epoch is a draw of luck.  So every few epochs the network is frozen,
-        and of these the best is returned; no matrices if there was none with a finite loss.
-        """
-        inputs, targets = torch.from_numpy(x), torch.from_numpy(t)
-        adam = torch.optim.Adam([*self._weights, *self._biases], lr=learning_rate, fused=True)
-        kept: tuple[list[Array], list[Array], float] = ([], [], math.inf)
-        for epoch in range(epochs):
-            adam.zero_grad()
-            weights = self._normalised()
-            biases = [b for stack in self._biases for b in stack.unbind(0)]
-            h = inputs
-            for weight, bias in zip(weights[:-1], biases[:-1], strict=True):
-                h = torch.relu(torch.addmm(bias, h, weight.T))
-            loss = torch.mean((torch.addmm(biases[-1], h, weights[-1].T) - targets) ** 2)
-            # The comparison is False for NaN.
-            if (epoch % _CHECK_EVERY == 0 or epoch == epochs - 1) and loss.item() < kept[2]:
-                frozen = self._frozen(weights), self._frozen(biases)
-                true_loss = float(np.mean((_forward(*frozen, x) - t) ** 2))
-                if true_loss < kept[2]:
-                    kept = (*frozen, true_loss)
-            loss.backward()  # type: ignore[no-untyped-call]
-            adam.step()
-            progress((epoch + 1) / epochs)
-        return kept
