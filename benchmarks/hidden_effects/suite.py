@@ -83,6 +83,8 @@ def tasks() -> list[Task]:
     found += [
         Task("instrument", s, next(seeds), (300.0,)) for s in ("leo", "meo") for _ in range(4)
     ]
+    # Power where it is neither 0 nor 1 takes more cases to measure.
+    found += [Task("one", s, n, (10.0,)) for s, n in spread(45)]
     return found
 
 

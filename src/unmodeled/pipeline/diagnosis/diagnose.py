@@ -19,6 +19,7 @@ from unmodeled.pipeline.diagnosis.held_out import held_out_forecast
 from unmodeled.pipeline.diagnosis.judgement import (
     alternatives_of,
     drop_without,
+    is_imitation,
     verdict_of,
     weakest,
     weighed,
@@ -84,10 +85,12 @@ def diagnose(case: Case, *, most: int = 5, progress: Progress | None = None) -> 
     sets = alternatives_of(pool, chosen, findings, loop.other_sets())
     findings = tuple(weighed(f, sets) for f in findings)
     verdict = verdict_of(findings, sets, remainder)
-    rest = None
+    imitation, rest = is_imitation(findings), None
     if verdict == "outside the catalogue":
         say("learning what no effect explains", 0.9)
-        rest = learn_remainder(Linearisation(model.case, model.fit))
+        # What imitates it must not take its signal first.
+        base = loop.first if imitation else model
+        rest = learn_remainder(Linearisation(base.case, base.fit))
     nulls = {n: c.values[n] for c in case.candidates for n in c.estimate} | loop.first.fit.values
     return Diagnosis(
         case=case,
@@ -98,6 +101,7 @@ def diagnose(case: Case, *, most: int = 5, progress: Progress | None = None) -> 
         steps=tuple(loop.steps),
         noise=chosen.noise,
         remainder_log10_p=remainder.log_p / np.log(10.0),
+        imitation=imitation,
         within_stated_noise=remainder.is_there and not remainder.is_force,
         log_p_limit=loop.limit,
         candidates=describe_candidates(loop.first_pool, loop.limit),

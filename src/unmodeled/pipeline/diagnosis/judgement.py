@@ -13,7 +13,17 @@ from unmodeled.pipeline.diagnosis.remainder import Remainder
 from unmodeled.pipeline.diagnosis.result import Alternative, Dismissed, Finding, Verdict
 from unmodeled.pipeline.diagnosis.stretches import DOUBTFUL, strength_by_stretches
 
-__all__ = ["alternatives_of", "drop_without", "verdict_of", "weakest", "weighed"]
+__all__ = [
+    "alternatives_of",
+    "drop_without",
+    "is_imitation",
+    "verdict_of",
+    "weakest",
+    "weighed",
+]
+
+#: From so many effects on that no other source knows, one unknown force is the likelier cause.
+_MANY = 4
 
 
 def drop_without(pool: Pool, chosen: SetScore, member: int) -> float:
@@ -56,11 +66,20 @@ def weighed(finding: Finding, others: Sequence[Alternative]) -> Finding:
     return replace(finding, confidence=1.0 / (1.0 / finding.confidence + against))
 
 
+def is_imitation(findings: Sequence[Finding]) -> bool:
+    """Say whether the findings rather imitate together one force that the catalogue lacks.
+
+    Few things are forgotten at once; a sum of many effects can follow almost any force over an
+    arc. Effects that come out at their accepted values (the Moon, a tide) do not count.
+    """
+    return sum(not f.is_as_accepted for f in findings) >= _MANY
+
+
 def verdict_of(
     findings: Sequence[Finding], others: Sequence[Alternative], remainder: Remainder
 ) -> Verdict:
     """Return the verdict; "outside the catalogue" goes before what else was found."""
-    if remainder.is_force:
+    if remainder.is_force or is_imitation(findings):
         return "outside the catalogue"
     if not findings:
         return "nothing missing"

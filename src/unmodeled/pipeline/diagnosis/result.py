@@ -23,6 +23,8 @@ __all__ = [
     "Verdict",
 ]
 
+#: Pulls below this agree with an accepted value.
+_AGREES = 4.0
 #: Alternatives that a sentence names.
 _NAMED = 3
 
@@ -109,6 +111,12 @@ class Finding:
     remarks: tuple[str, ...] = ()
 
     @property
+    def is_as_accepted(self) -> bool:
+        """True if its parameters have accepted values, and agree with them within 4 sigma."""
+        pulls = [e.pull for e in self.estimates if e.pull is not None]
+        return bool(pulls) and max(abs(p) for p in pulls) < _AGREES
+
+    @property
     def class_names(self) -> tuple[str, ...]:
         """The finding and its rivals."""
         return (self.name, *(r.name for r in self.rivals))
@@ -188,6 +196,9 @@ class Diagnosis:
         was stated.
     remainder_log10_p : float
         p-value of a free acceleration in what is left: small means that something remains.
+    imitation : bool
+        True: so many effects at once are less likely than one force that the catalogue lacks and
+        that they imitate together; the verdict is then "outside the catalogue".
     within_stated_noise : bool
         True: what is left is not white, but the noise as stated covers it; a force and slow errors
         of the measurements cannot be told apart.
@@ -221,6 +232,7 @@ class Diagnosis:
     steps: tuple[Step, ...]
     noise: float
     remainder_log10_p: float
+    imitation: bool
     within_stated_noise: bool
     log_p_limit: float
     candidates: pd.DataFrame = field(repr=False)
@@ -246,6 +258,12 @@ class Diagnosis:
         rest = f" {self.remainder.sentence}" if self.remainder is not None else ""
         if not self.findings:
             return f"Something is missing that no effect of the catalogue explains.{rest}"
+        if self.imitation:
+            names = ", ".join(f.title for f in self.findings)
+            return (
+                "Something is missing that the catalogue seems to lack: it takes "
+                f"{len(self.findings)} of its effects together to imitate it ({names}).{rest}"
+            )
         parts = []
         for f in self.findings:
             if f.rivals:
@@ -293,6 +311,7 @@ class Diagnosis:
             "held_out_forecast": vars(self.forecast) if self.forecast else None,
             "noise": self.noise,
             "remainder_log10_p": self.remainder_log10_p,
+            "imitation": self.imitation,
             "within_stated_noise": self.within_stated_noise,
             "waterfall": [vars(s) for s in self.steps],
             "whiteness": _records(self.whiteness),

@@ -182,6 +182,9 @@ class DiagnosisJson(Part):
     remainder_log10_p: float | None = Field(
         description="p-value of a free acceleration in what is left"
     )
+    imitation: bool = Field(
+        description="so many effects at once rather imitate one force that the catalogue lacks"
+    )
     within_stated_noise: bool = Field(
         description="what is left is not white, but the noise as stated covers it"
     )

@@ -73,7 +73,8 @@ def best_set(
             if settled.members and settled.evidence > best.evidence + MARGIN:
                 best = settled
     best = _exchanged(pool, best, score, banned, limit)
-    return _split(pool, best, score, banned, limit) if growth else best
+    room = growth and len(best.members) < len(start) + growth
+    return _split(pool, best, score, banned, limit) if room else best
 
 
 def drop_p(pool: Pool, chosen: Sequence[int], member: int) -> tuple[float, float]:
