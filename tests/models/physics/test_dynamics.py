@@ -7,8 +7,8 @@ import pytest
 import scipy.integrate
 from tests.models.physics.orbits import kepler_orbit
 
-from unmodeled.core.errors import DataError
-from unmodeled.models.physics import Dynamics, PointMass, SphericalHarmonics, Zonal
+from unmodeled.core.errors import DataError, OrbitError
+from unmodeled.models.physics import Dynamics, PointMass, SphericalHarmonics, Zonal, dynamics
 
 GM = 4 * math.pi**2
 START = np.array([1.2, 0.3, -0.4, -1.0, 5.0, 2.5])
@@ -180,3 +180,16 @@ def test_bad_states_and_times(state, times, text):
         with pytest.raises(DataError) as caught:
             call(state, times)
         assert str(caught.value) == text
+
+
+def test_an_orbit_that_never_ends_is_given_up(monkeypatch):
+    """A search may try a state that circles a centre at almost no distance."""
+    monkeypatch.setattr(dynamics, "_MOST_STEPS", 1000)
+    tight = Dynamics([PointMass()], {"GM": 1.0})
+    state = [1e-3, 0, 0, 0, 1000.0**0.5, 0]  # a revolution in 2e-4
+    for follow in (
+        lambda: tight.propagate(state, [0.0, 1.0]),
+        lambda: tight.fly(state, 0.0, 0.0, 1.0),
+    ):
+        with pytest.raises(OrbitError, match="is not followed beyond t = .* after 1000 steps"):
+            follow()

@@ -23,6 +23,10 @@ from unmodeled.models.physics.variational_orbit import VariationalOrbit
 
 __all__ = ["Dynamics"]
 
+#: Steps after which an orbit is given up: about 10,000 revolutions. One that falls towards a centre
+#: takes ever smaller steps, and each is kept (1 kB) where states are asked for later.
+_MOST_STEPS = 400_000
+
 
 class Dynamics:
     """Sum of effects about one body, with values of its parameters.
@@ -364,14 +368,14 @@ class Dynamics:
     def _run(self, ta: Any, state: Array, grid: Array) -> Array:
         compiled.STOPS.clear()
         self._set(ta, state, float(grid[0]))
-        outcome, *_, states = ta.propagate_grid(grid)
+        outcome, *_, states = ta.propagate_grid(grid, max_steps=_MOST_STEPS)
         if len(states) < len(grid) or not np.all(np.isfinite(states)):
             raise _breakdown(ta, outcome)
         return np.array(states)
 
     def _follow(self, ta: Any, state: Array, epoch: float, to: float) -> Any:
         self._set(ta, state, epoch)
-        outcome, *_, orbit, _ = ta.propagate_until(to, c_output=True)
+        outcome, *_, orbit, _ = ta.propagate_until(to, c_output=True, max_steps=_MOST_STEPS)
         if outcome != taylor_outcome.time_limit or not np.all(np.isfinite(ta.state)):
             raise _breakdown(ta, outcome)
         return orbit
@@ -385,6 +389,11 @@ class Dynamics:
 
 
 def _breakdown(ta: Any, outcome: Any) -> OrbitError:
+    if outcome == taylor_outcome.step_limit:
+        return OrbitError(
+            f"the orbit is not followed beyond t = {float(ta.time):.6g} after {_MOST_STEPS} steps",
+            do="check that it does not circle a body at almost no distance; else cut it into arcs",
+        )
     return OrbitError(
         f"the orbit breaks down at t = {float(ta.time):.6g} ({outcome})",
         do="check that it does not pass through the centre of the field",
