@@ -191,5 +191,5 @@ def test_an_orbit_that_never_ends_is_given_up(monkeypatch):
         lambda: tight.propagate(state, [0.0, 1.0]),
         lambda: tight.fly(state, 0.0, 0.0, 1.0),
     ):
-        with pytest.raises(OrbitError, match="is not followed beyond t = .* after 1000 steps"):
+        with pytest.raises(OrbitError, match=r"is not followed beyond t = .* after 1000 steps"):
             follow()
