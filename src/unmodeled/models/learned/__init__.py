@@ -2,6 +2,7 @@
 
 from unmodeled.models.learned.batch import fit_batch
 from unmodeled.models.learned.exact_gp import ExactGP
+from unmodeled.models.learned.harmonic_gp import HarmonicGP
 from unmodeled.models.learned.harmonic_least_squares import (
     FittedPointMass,
     HarmonicLeastSquares,
@@ -25,6 +26,7 @@ from unmodeled.models.learned.spectral_mlp import SpectralMLP
 __all__ = [
     "ExactGP",
     "FittedPointMass",
+    "HarmonicGP",
     "HarmonicLeastSquares",
     "Learner",
     "NearestNeighbour",

@@ -128,6 +128,7 @@ class _Core:
         while isinstance(self.learner, Residual):
             self._shells.append(self.learner)
             self.y = self.learner._rest(self.X, self.y)
+            self.noise = self.learner._rest_noise(self.X, self.noise)
             self.learner = self.learner._prepared()
         own = {k: v for k, v in self.learner.get_params().items() if k not in _OWN}
         self.key = (f"{type(self.learner).__name__} {own!r}", len(X))

@@ -49,13 +49,17 @@ class NoiseLevel:
         In the units of the samples.
     samples : ndarray (n, 3), optional
         Of each component of each acceleration, beside ``acceleration``, in the same units. Of the
-        learners `ExactGP` and `RBFNetwork` weigh their samples; the others take them all
-        alike.
+        learners `ExactGP`, `HarmonicGP` and `RBFNetwork` weigh their samples; the others take them
+        all alike.
+    gradient : ndarray (n, 3, 3), optional
+        Gravity gradient at the positions of what has been taken off the accelerations: through it
+        too noise of the position reaches them. `Residual` gives it.
     """
 
     position: float = 0.0
     acceleration: float = 0.0
     samples: Array | None = field(default=None, compare=False)
+    gradient: Array | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         for name, value in (("position", self.position), ("acceleration", self.acceleration)):

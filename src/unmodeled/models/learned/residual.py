@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -52,11 +53,17 @@ class Residual(Learner):
         self.has_covariance = learner.has_covariance
 
     def _fit(self, X: Array, y: Array, noise: NoiseLevel, progress: Progress) -> None:
-        self._prepared().fit(X, self._rest(X, y), noise, progress=progress)
+        inner = self._rest_noise(X, noise)
+        self._prepared().fit(X, self._rest(X, y), inner, progress=progress)
 
     def _rest(self, X: Array, y: Array) -> Array:
         """Return what the point mass leaves of ``y`` (n, 3)."""
         return y - self._baseline().fit(X, y).predict(X)
+
+    def _rest_noise(self, X: Array, noise: NoiseLevel) -> NoiseLevel:
+        """Return the noise of what is left: position noise still acts on the whole field."""
+        own = self._baseline()._jacobian(X)
+        return replace(noise, gradient=own if noise.gradient is None else own + noise.gradient)
 
     def _prepared(self) -> Learner:
         """Return the copy of the inner learner that is to be trained."""

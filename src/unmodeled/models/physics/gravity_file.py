@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from unmodeled.core.errors import DataError
 
-__all__ = ["GravityField", "read_gravity_field"]
+__all__ = ["GravityField", "read_gravity_field", "write_gravity_field"]
 
 
 @dataclass(frozen=True)
@@ -22,11 +22,14 @@ class GravityField:
         Reference radius, m.
     coefficients : dict of str to float
         ``C_n_m`` and, for m > 0, ``S_n_m``; fully normalised.
+    errors : dict of str to float
+        Formal (or calibrated) standard deviations by the same names, where the file has them.
     """
 
     gm: float
     radius: float
     coefficients: dict[str, float]
+    errors: dict[str, float] = field(default_factory=dict)
 
 
 def read_gravity_field(path: Path) -> GravityField:
@@ -52,6 +55,7 @@ def read_gravity_field(path: Path) -> GravityField:
         raise DataError(f"{path.name} cannot be read ({exc})") from exc
     facts: dict[str, str] = {}
     coefficients: dict[str, float] = {}
+    errors: dict[str, float] = {}
     for number, line in enumerate(lines, start=1):
         words = line.split()
         if not words:
@@ -67,7 +71,12 @@ def read_gravity_field(path: Path) -> GravityField:
             continue
         try:
             n, m = int(words[1]), int(words[2])
-            c, s = (float(w.lower().replace("d", "e")) for w in words[3:5])
+            c, s = (_number(w) for w in words[3:5])
+            # Two columns of errors, where the header says so; of four, the formal ones.
+            if facts.get("errors", "no") != "no":
+                errors[f"C_{n}_{m}"] = _number(words[5])
+                if m:
+                    errors[f"S_{n}_{m}"] = _number(words[6])
         except (IndexError, ValueError) as exc:
             raise DataError(f"{path.name}, line {number} is not a coefficient: {line}") from exc
         coefficients[f"C_{n}_{m}"] = c
@@ -82,9 +91,49 @@ def read_gravity_field(path: Path) -> GravityField:
     numbers = {}
     for name, text in values.items():
         try:
-            numbers[name] = float(str(text).lower().replace("d", "e"))
+            numbers[name] = _number(str(text))
         except ValueError as exc:
             raise DataError(f"{path.name}: {name} is {text}", allowed="a number") from exc
     if not coefficients:
         raise DataError(f"{path.name} has no coefficients", allowed="lines gfc n m C S")
-    return GravityField(numbers["gravity constant"], numbers["radius"], coefficients)
+    return GravityField(numbers["gravity constant"], numbers["radius"], coefficients, errors)
+
+
+def write_gravity_field(field: GravityField, path: Path, name: str = "unmodeled") -> None:
+    """Write a static field in the format of [Barthelmes2011], fully normalised.
+
+    Parameters
+    ----------
+    field : GravityField
+        Numbers are written with 17 digits: `read_gravity_field` gives the same ones back.
+    path : Path
+        ``.gfc`` file.
+    name : str
+        Model name in the header, one word.
+    """
+    pairs = sorted({(int(n), int(m)) for _, n, m in (key.split("_") for key in field.coefficients)})
+    lines = [
+        "product_type gravity_field",
+        f"modelname {name}",
+        # The format has this one word for the constant of every body.
+        f"earth_gravity_constant {field.gm:.16e}",
+        f"radius {field.radius:.16e}",
+        f"max_degree {max(n for n, _ in pairs)}",
+        f"errors {'formal' if field.errors else 'no'}",
+        "norm fully_normalized",
+        "tide_system unknown",
+        "key L M C S" + (" sigma_C sigma_S" if field.errors else ""),
+        "end_of_head",
+    ]
+    for n, m in pairs:
+        names = (f"C_{n}_{m}", f"S_{n}_{m}")
+        values = [field.coefficients.get(key, 0.0) for key in names]
+        if field.errors:
+            values += [field.errors.get(key, 0.0) for key in names]
+        lines.append(f"gfc {n:4d} {m:4d} " + " ".join(f"{value:23.16e}" for value in values))
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _number(text: str) -> float:
+    """Return a number that may be written in the manner of Fortran, 1.5D-3."""
+    return float(text.lower().replace("d", "e"))

@@ -1,0 +1,208 @@
+"""Bayesian linear regression of harmonics: square-root sums, evidence, posterior."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+from scipy.optimize import minimize_scalar
+
+from unmodeled.core.arrays import Array
+from unmodeled.core.errors import NumericalError
+from unmodeled.models.physics.exterior_harmonics import column_degrees
+
+__all__ = ["Posterior", "Sums", "fit_prior"]
+
+#: Ratios of prior variance to noise variance that are tried, coarse; refined around the best.
+_RATIOS = np.linspace(math.log(1e-12), math.log(1e34), 93)
+#: Attenuation of the prior with each degree, coarse; refined around the best.
+_ATTENUATIONS = np.log(np.geomspace(0.05, 1.0, 8))
+#: Log evidence by which a higher degree may fall short of the best and still be taken.
+_DEGREE_MARGIN = 3.0
+
+
+@dataclass(frozen=True)
+class Sums:
+    """All that the fit needs of the data: the triangular root of the normal equations.
+
+    Parameters
+    ----------
+    triangle : ndarray (k, p)
+        R of the QR decomposition of the weighted design; k = p, or fewer for few data.
+    target : ndarray (k,)
+        Q^T y.
+    rest : float
+        Sum of squares of y that no coefficient reaches.
+    count : int
+        Number of equations.
+    scale : float
+        Root mean square of the weighted data.
+    log_weight : float
+        Sum of the logarithms of the weights, for the evidence of the data as given.
+    """
+
+    triangle: Array
+    target: Array
+    rest: float
+    count: int
+    scale: float
+    log_weight: float
+
+    @classmethod
+    def of(cls, chunks: Iterator[Array], log_weight: float) -> Sums:
+        """Add up chunks of weighted equations one after another.
+
+        The Gram matrix itself would square the condition number: half of the digits of clean
+        data would be lost. Its triangular root takes the same memory, (p + 1)^2 numbers.
+
+        Parameters
+        ----------
+        chunks : iterator of ndarray (p + 1, m)
+            Columns of the design and, last, the data.
+        log_weight : float
+            Sum of the logarithms of the weights.
+        """
+        root, count = None, 0
+        for rows in chunks:
+            count += rows.shape[1]
+            # transposed, it lies in memory as LAPACK wants it
+            stacked = rows.T if root is None else np.concatenate([root.T, rows], axis=1).T
+            root = scipy.linalg.qr(stacked, mode="r", overwrite_a=True, check_finite=False)[0]
+            root = np.triu(root[: root.shape[1]])
+        if root is None or not np.isfinite(root).all():
+            raise NumericalError("the equations of the samples are not finite")
+        unknowns = root.shape[1] - 1
+        return cls(
+            root[:unknowns, :unknowns].copy(),
+            root[:unknowns, unknowns].copy(),
+            float((root[unknowns:, unknowns] ** 2).sum()),
+            count,
+            math.sqrt(float((root[:, unknowns] ** 2).sum()) / count),
+            log_weight,
+        )
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """Coefficients and how well they are known.
+
+    Parameters
+    ----------
+    degree : int
+    attenuation, amplitude, noise : float
+        q, s and sigma of the prior variances s^2 q^(2n) and of the weighted noise.
+    log_evidence : float
+    mean : ndarray (p,)
+    root : ndarray (p, p)
+        The covariance is ``root @ root.T``.
+    """
+
+    degree: int
+    attenuation: float
+    amplitude: float
+    noise: float
+    log_evidence: float
+    mean: Array
+    root: Array
+
+
+def fit_prior(
+    sums: Sums, free: int, degrees: range, progress: Callable[[float], None]
+) -> Posterior:
+    """Maximise the evidence over degree, attenuation, amplitude and noise.
+
+    The first ``free`` columns have a flat prior and are integrated out (restricted likelihood).
+    As columns are ordered by degree, one triangle serves every degree.
+
+    Parameters
+    ----------
+    sums : Sums
+        Up to the highest degree.
+    free : int
+        Number of columns with a flat prior.
+    degrees : range
+        Degrees to choose from. The highest within a log evidence of 3 of the best is taken:
+        a degree too low makes the covariance too small, one too high costs nothing.
+    """
+    found = []
+    for degree in degrees:
+        best = max((_profile(sums, free, degree, a) for a in _ATTENUATIONS), key=lambda p: p[0])
+        found.append((best[0], degree, best[1]))
+        progress(0.7 * (degree - degrees.start + 1) / len(degrees))
+    top = max(f[0] for f in found)
+    _, degree, start = next(f for f in reversed(found) if f[0] >= top - _DEGREE_MARGIN)
+    step = float(_ATTENUATIONS[1] - _ATTENUATIONS[0])
+    result = minimize_scalar(
+        lambda a: -_profile(sums, free, degree, float(a))[0],
+        bounds=(start - step, min(start + step, 0.0) + 1e-9),
+        method="bounded",
+        options={"xatol": 1e-2},
+    )
+    evidence, log_q, amplitude, noise = _profile(sums, free, degree, float(result.x))
+    mean, root = _solve(sums, free, degree, math.exp(log_q), amplitude, noise)
+    return Posterior(degree, math.exp(log_q), amplitude, noise, evidence, mean, root)
+
+
+def _profile(
+    sums: Sums, free: int, degree: int, log_q: float
+) -> tuple[float, float, float, float]:
+    """Return evidence, log q, s and sigma, the last two at their best for this q."""
+    size = (degree + 1) ** 2
+    rows = min(size, len(sums.triangle))
+    spread = np.exp(log_q * column_degrees(degree)[free:])
+    rest = sums.rest + float((sums.target[rows:] ** 2).sum())
+    target = sums.target[free:rows]
+    if len(target):
+        u, d, _ = np.linalg.svd(sums.triangle[free:rows, free:size] * spread, full_matrices=False)
+        square, along = d**2, (u.T @ target) ** 2
+    else:
+        square, along = np.zeros(0), np.zeros(0)
+    freedom = sums.count - free
+    # Accelerations are rounded: no noise is smaller than that.
+    floor = (np.finfo(float).eps * sums.scale) ** 2
+
+    def minus_two_log(log_ratio: Array) -> tuple[Array, Array]:
+        shrunk = 1.0 + np.exp(log_ratio)[:, None] * square
+        energy = rest + (along / shrunk).sum(axis=1)
+        variance = np.maximum(energy / freedom, floor)
+        value = freedom * np.log(2 * np.pi * variance) + energy / variance
+        return value + np.log(shrunk).sum(axis=1), variance
+
+    grid = _RATIOS - (math.log(square.max()) if len(square) and square.max() > 0 else 0.0)
+    for _ in range(3):
+        values, variances = minus_two_log(grid)
+        k = int(np.argmin(values))
+        best = float(values[k]), float(grid[k]), float(variances[k])
+        grid = np.linspace(grid[max(k - 1, 0)], grid[min(k + 1, len(grid) - 1)], 21)
+    pivots = np.abs(np.diag(sums.triangle)[:free])
+    log_free = float(np.log(np.maximum(pivots, 1e-300)).sum())
+    evidence = -0.5 * best[0] - log_free + sums.log_weight
+    return evidence, log_q, math.sqrt(math.exp(best[1]) * best[2]), math.sqrt(best[2])
+
+
+def _solve(
+    sums: Sums, free: int, degree: int, q: float, amplitude: float, noise: float
+) -> tuple[Array, Array]:
+    """Return the posterior mean (p,) and a root of the covariance (p, p)."""
+    size = (degree + 1) ** 2
+    prior = amplitude * q ** column_degrees(degree).astype(float)
+    # Unit of each unknown: its prior, or what the data alone say of it.
+    unit = prior.copy()
+    unit[:free] = noise / np.maximum(np.linalg.norm(sums.triangle[:, :free], axis=0), 1e-300)
+    penalty = noise * np.eye(size)[free:]
+    top = sums.triangle[:size, :size] * unit
+    stacked = np.concatenate([top, penalty])
+    q_factor, r = scipy.linalg.qr(stacked, mode="economic")
+    pivots = np.abs(np.diag(r))
+    if not np.isfinite(r).all() or pivots.min() <= 1e-13 * pivots[:free].max(initial=noise):
+        raise NumericalError(
+            "the samples do not determine mass and centre of mass",
+            do="use samples from more than one direction",
+        )
+    rhs = np.concatenate([sums.target[:size], np.zeros(size - free)])
+    mean = unit * scipy.linalg.solve_triangular(r, q_factor.T @ rhs)
+    inverse = scipy.linalg.solve_triangular(r, np.eye(size))
+    return mean, noise * unit[:, None] * inverse
