@@ -103,18 +103,22 @@ class HarmonicGP(Learner):
     def _fit(self, X: Array, y: Array, noise: NoiseLevel, progress: Progress) -> None:
         self._check()
         passes = _PASSES if noise.position else 1
-        places = X
+        places, data = X, y
         with one_thread():
             if noise.position:
                 # Mass and centre of mass alone give the gradient to start from.
-                self._adopt(_search(self, X, y, X, None, range(1, 2), lambda share: None))
+                self._adopt(_search(self, X, y, None, range(1, 2), lambda share: None))
             for k in range(passes):
                 root = self._noise_root(places, noise)
                 degrees = range(self.least_degree, self.degree + 1)
                 tell = partial(_part, progress, k, passes)
-                self._adopt(_search(self, X, y, places, root, degrees, tell))
+                self._adopt(_search(self, places, data, root, degrees, tell))
                 if noise.position and noise.gradient is None:
                     places = self._likely_places(X, y, places, noise)
+                    # Seen from there, y = a(places) + G (X - places) + noise, G of this fit: with
+                    # G free in the next one, steep fields would be preferred.
+                    away = self._jacobian(places) @ (X - places)[:, :, None]
+                    data = y - away[:, :, 0]
         progress(1.0)
 
     def _check(self) -> None:
@@ -337,14 +341,13 @@ class HarmonicGP(Learner):
 
 def _search(
     learner: HarmonicGP,
-    X: Array,
-    y: Array,
     places: Array,
+    y: Array,
     root: Array | None,
     degrees: range,
     progress: Progress,
 ) -> Posterior:
-    """Add up the data, linearised about ``places``, and maximise the evidence."""
+    """Add up the data and maximise the evidence."""
     top = degrees.stop - 1
     weights = None if root is None else np.linalg.inv(root)
     log_weight = 0.0
@@ -352,14 +355,9 @@ def _search(
         log_weight = float(np.log(np.diagonal(weights, axis1=1, axis2=2)).sum())
 
     def chunks() -> Iterator[Array]:
-        moved = places is not X
-        for k in range(0, len(X), _CHUNK):
+        for k in range(0, len(places), _CHUNK):
             part = slice(k, k + _CHUNK)
-            table = exterior_harmonics(places[part] / learner.radius, top + 1 + int(moved))
-            if moved:
-                step = ((X[part] - places[part]) / learner.radius).T
-                slope = sum(step[j] * derivative(table, j) for j in range(3))
-                table = table[: (top + 2) ** 2] + slope
+            table = exterior_harmonics(places[part] / learner.radius, top + 1)
             scale = learner.gm / learner.radius**2
             equations = np.empty((3, (top + 1) ** 2 + 1, len(y[part])))
             for i in range(3):
