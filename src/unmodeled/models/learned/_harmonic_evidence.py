@@ -18,8 +18,9 @@ __all__ = ["Posterior", "Sums", "fit_prior"]
 
 #: Ratios of prior variance to noise variance that are tried, coarse; refined around the best.
 _RATIOS = np.linspace(math.log(1e-12), math.log(1e34), 93)
-#: Attenuation of the prior with each degree, coarse; refined around the best.
-_ATTENUATIONS = np.log(np.geomspace(0.05, 1.0, 8))
+#: Attenuation of the prior with each degree, coarse; refined around the best. A body whose matter
+#: all lay within 0.2 of its radius would be a point mass.
+_ATTENUATIONS = np.log(np.geomspace(0.2, 1.0, 8))
 #: Log evidence by which a higher degree may fall short of the best and still be taken.
 _DEGREE_MARGIN = 3.0
 
@@ -137,7 +138,7 @@ def fit_prior(
     step = float(_ATTENUATIONS[1] - _ATTENUATIONS[0])
     result = minimize_scalar(
         lambda a: -_profile(sums, free, degree, float(a))[0],
-        bounds=(start - step, min(start + step, 0.0) + 1e-9),
+        bounds=(max(start - step, float(_ATTENUATIONS[0])), min(start + step, 0.0) + 1e-9),
         method="bounded",
         options={"xatol": 1e-2},
     )
