@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from unmodeled.models.learned.exact_gp import ExactGP
+from unmodeled.models.learned.harmonic_gp import HarmonicGP
 from unmodeled.models.learned.harmonic_least_squares import (
     FittedPointMass,
     HarmonicLeastSquares,
@@ -28,6 +29,9 @@ class LearnerFactory:
     score: float
     #: False for a prediction that jumps: its Jacobian is checked inside a cell, not on its faces.
     continuous: bool = True
+    #: Distance along each axis where the covariance is larger than among the samples: far away,
+    #: but for a field that vanishes there close to the body.
+    uncertain_at: float = 10.0
 
 
 LEARNER_FACTORIES: dict[str, LearnerFactory] = {
@@ -45,5 +49,6 @@ LEARNER_FACTORIES: dict[str, LearnerFactory] = {
     "point_mass": LearnerFactory(PointMassOnly, score=2e-2),
     "fitted_point_mass": LearnerFactory(FittedPointMass, score=2e-2),
     "harmonic_least_squares": LearnerFactory(lambda: HarmonicLeastSquares(degree=5), score=1e-8),
+    "harmonic_gp": LearnerFactory(HarmonicGP, score=1e-8, uncertain_at=0.7),
     "zonal_oracle": LearnerFactory(ZonalOracle, score=1e-12),
 }

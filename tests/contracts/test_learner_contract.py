@@ -65,7 +65,8 @@ def test_shapes_and_dtypes(key):
 
 
 def test_covariance_is_symmetric_and_positive_or_refused(key):
-    learner, X = fitted(key), np.concatenate([samples()[2], samples()[0][:20], 10 * np.eye(3)])
+    learner, away = fitted(key), LEARNER_FACTORIES[key].uncertain_at * np.eye(3)
+    X = np.concatenate([samples()[2], samples()[0][:20], away])
     if not learner.has_covariance:
         with pytest.raises(InputError, match="gives no covariance"):
             learner.predict_covariance(X)

@@ -45,10 +45,11 @@ class HarmonicGP(Learner):
     Data are added up in chunks to a triangle of (N + 1)^4 / 2 numbers: memory does not grow with
     their number, and one pass serves all hyperparameters and degrees.
 
-    Noise is :math:`\sigma^2 (\sigma_a^2 I + \sigma_s^2 G G^T)` at each sample, with the stated
+    Noise is :math:`\sigma^2 (\sigma_a^2 I + 2 \sigma_s^2 G G^T)` at each sample, with the stated
     levels and the gravity gradient G of the fit, repeated; the factor is estimated, 1 if the
-    statement is right. Without stated noise it is :math:`\sigma^2 I`. With noisy positions the
-    field is fitted at the positions that it makes most likely.
+    statement is right. The 2 stands for independent draws: one of the observed position, one of
+    the position whose acceleration was observed. Without stated noise it is :math:`\sigma^2 I`.
+    With noisy positions the field is fitted at the positions that it makes most likely.
 
     Parameters
     ----------
@@ -144,7 +145,8 @@ class HarmonicGP(Learner):
             covariance += noise.samples[:, :, None] ** 2 * np.eye(3)
         if noise.position:
             G = self._whole_gradient(places, noise)
-            covariance += noise.position**2 * G @ G.mT
+            # independent draws: of the position as stated, and of the one that y belongs to
+            covariance += 2.0 * noise.position**2 * G @ G.mT
         # Where G is singular, or a sample has no noise at all, a millionth of the noise is left.
         size = np.trace(covariance, axis1=1, axis2=2)
         covariance += 1e-12 * np.maximum(size, size.mean())[:, None, None] * np.eye(3)
