@@ -147,9 +147,7 @@ def fit_prior(
     return Posterior(degree, math.exp(log_q), amplitude, noise, evidence, mean, root)
 
 
-def _profile(
-    sums: Sums, free: int, degree: int, log_q: float
-) -> tuple[float, float, float, float]:
+def _profile(sums: Sums, free: int, degree: int, log_q: float) -> tuple[float, float, float, float]:
     """Return evidence, log q, s and sigma, the last two at their best for this q."""
     size = (degree + 1) ** 2
     rows = min(size, len(sums.triangle))

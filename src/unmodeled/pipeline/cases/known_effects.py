@@ -15,9 +15,9 @@ from unmodeled.datasets.measurement_effect import MeasurementEffect
 from unmodeled.datasets.measurement_effects import MEASUREMENT_EFFECTS
 from unmodeled.models import physics
 from unmodeled.models.physics import Effect, Mesh
+from unmodeled.models.physics.gravity_file import read_gravity_field
 from unmodeled.models.physics.system import PRIME_MERIDIAN, SPIN_RATE
 from unmodeled.pipeline.cases.accepted_values import Surveyed
-from unmodeled.models.physics.gravity_file import read_gravity_field
 from unmodeled.pipeline.cases.quantities import parse_quantity, write_quantity
 from unmodeled.pipeline.cases.shape_entries import SHAPE_KEYS, mesh_keys, mesh_of, shape_values
 
