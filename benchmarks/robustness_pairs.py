@@ -2,8 +2,9 @@
 
 Each seed draws a training orbit and one other orbit about Bennu (low data volume, no noise unless
 asked for). Prints one row a learner: median over the pairs of the median fractional errors, with
-quartiles, beside the figures of the project's prototype where it has them; the seconds of a fit; and
-for learners with a covariance the mean share of components of other orbits inside the 95 % band.
+quartiles, beside the figures of the project's prototype where it has them; the seconds of a fit;
+and for learners with a covariance the mean share of components of other orbits inside the
+95 % band.
 
     python benchmarks/robustness_pairs.py --pairs 30
 """
