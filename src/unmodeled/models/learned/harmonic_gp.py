@@ -170,11 +170,10 @@ class HarmonicGP(Learner):
         return X + move[:, :, 0] * np.minimum(1.0, limit / np.maximum(length, 1e-300))
 
     def _adopt(self, found: Posterior) -> None:
-        self.degree_, self.coefficients_, self.covariance_root_ = (
-            found.degree,
-            found.mean,
-            found.root,
-        )
+        # C order, as from a file: products of another layout differ in the last bit.
+        self.degree_ = found.degree
+        self.coefficients_ = np.ascontiguousarray(found.mean)
+        self.covariance_root_ = np.ascontiguousarray(found.root)
         self.attenuation_, self.amplitude_ = found.attenuation, found.amplitude
         self.noise_, self.log_evidence_ = found.noise, found.log_evidence
 
