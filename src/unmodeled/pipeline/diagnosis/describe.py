@@ -110,7 +110,7 @@ def describe_candidates(pool: Pool, limit: float) -> pd.DataFrame:
 
 def _rivals(pool: Pool, chosen: SetScore, member: int, drop: float) -> tuple[Rival, ...]:
     rest = [k for k in chosen.members if k != member]
-    taken = {pool.members[k].candidate.name for k in chosen.members}
+    taken = pool.names(chosen) | pool.excluded(rest)
     noncentrality = max(drop / chosen.noise**2 - pool.members[member].size, 0.0)
     shares = pool.shares(member, chosen.members)
     found: dict[str, Rival] = {}

@@ -187,7 +187,7 @@ class _Loop:
         """Return the set that the model should have; None if it has it, or had it before."""
         room = self.most - len(self.chosen.members)
         growth = min(room, 1 if self.pool.score(()).noise > ROUGH else 2)
-        best = best_set(self.pool, self.chosen.members, self.limit, growth, self._banned)
+        best = best_set(self.pool, self.chosen.members, self.limit, growth, self._banned, self.most)
         names = self.pool.names(best)
         if names != self.model.names and names not in self._tried:
             return best
