@@ -145,7 +145,9 @@ def diagnosis_sections(d: Diagnosis) -> list[Section]:
             "findings",
             "Findings",
             tables=_filled(
-                tables.estimate_table([(f.title, e) for f in d.findings for e in f.estimates]),
+                tables.estimate_table(
+                    [(f.title, e) for f in d.findings for e in (*f.estimates, *f.place)]
+                ),
                 tables.finding_table(d),
                 tables.class_table(d),
                 tables.alternative_table(d),

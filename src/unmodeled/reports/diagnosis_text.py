@@ -33,7 +33,7 @@ def diagnosis_lines(d: Diagnosis) -> list[str]:
         rows = []
         for f in d.findings:
             rivals = ", ".join(r.name for r in f.rivals) or "-"
-            for k, e in enumerate(f.estimates):
+            for k, e in enumerate((*f.estimates, *f.place)):
                 first = k == 0
                 rows.append(
                     (

@@ -112,8 +112,9 @@ def remainder_sentence(d: Diagnosis) -> str:
 
 def finding_sentence(finding: Finding) -> str:
     """Say what was found, how sure it is and what it could be instead; starts with the title."""
+    numbers = estimates_text((*finding.estimates, *finding.place))
     text = (
-        f"{finding.title}: {estimates_text(finding.estimates)}. Without it chi-square is "
+        f"{finding.title}: {numbers}. Without it chi-square is "
         f"{number(finding.drop, 3)} higher; {number(finding.threshold, 3)} was needed."
     )
     if finding.rivals:

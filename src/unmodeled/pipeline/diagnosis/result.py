@@ -94,6 +94,8 @@ class Finding:
         Largest change of an estimate when one twelfth of the time is left out, in its own sigmas.
     remarks : tuple of str
         What speaks against the label, and what the estimate is known as.
+    place : tuple of Estimate
+        Where or when it acts, for an effect that was searched over places or times.
     """
 
     name: str
@@ -109,6 +111,7 @@ class Finding:
     consistency_p: float | None
     largest_change: float
     remarks: tuple[str, ...] = ()
+    place: tuple[Estimate, ...] = ()
 
     @property
     def is_as_accepted(self) -> bool:
@@ -333,6 +336,7 @@ def _finding(f: Finding) -> dict[str, Any]:
         "family": f.family,
         "class": list(f.class_names),
         "parameters": [vars(e) for e in f.estimates],
+        "place": [vars(e) for e in f.place],
         "delta_chi_square": f.drop,
         "threshold": f.threshold,
         "log10_p": f.log10_p,
