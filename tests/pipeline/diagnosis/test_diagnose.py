@@ -1,6 +1,7 @@
 """Hidden effects, end to end: found, added, the error falls; and what is not there is not found."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
