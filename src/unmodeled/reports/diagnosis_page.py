@@ -201,7 +201,11 @@ def _waterfall(bars: Sequence[Bar], noise: float | None = None) -> Drawn:
         if any(b.held_out is not None for b in bars)
         else ""
     )
-    floor = "as stated" if noise is None else "as found: nothing lower can be reached"
+    floor = (
+        "as stated"
+        if noise is None
+        else "as found: a fit ends a little below it, for it absorbs some noise"
+    )
     return Drawn(
         "waterfall",
         waterfall(bars, noise or 1.0, "" if noise else "noise as stated"),
