@@ -54,8 +54,8 @@ def answer_fig4(screened: pd.DataFrame, boundary: Boundary) -> dict[str, Found]:
     return {
         "linear": Found(
             f"e = {b.slope:.3f} a {'−' if b.intercept < 0 else '+'} {abs(b.intercept):.3f} is "
-            f"wrong about {100 * b.wrong:.1f} % of {len(screened)} initial conditions ({100 * hit:.0f} % "
-            "collide)",
+            f"wrong about {100 * b.wrong:.1f} % of {len(screened)} initial conditions "
+            f"({100 * hit:.0f} % collide)",
             b.wrong < _ROUGHLY,
             f"Rule: wrong about less than {100 * _ROUGHLY:g} %. Kepler's boundary e = 1 − 1/a "
             f"bends and is wrong about {100 * b.wrong_kepler:.1f} %: "
