@@ -11,6 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
+from unmodeled.cli.report import write_page
 from unmodeled.cli.tools import DataFolder, app, data_folders, errors, progress
 
 __all__ = ["export", "resume", "status", "sweep"]
@@ -128,7 +129,10 @@ def _run(
             device=device,
             tell=tell,
         )
-    _print_status(status_of(opened.plan, opened.store.finished()), as_json)
+    found = status_of(opened.plan, opened.store.finished())
+    if found.finished == found.planned:  # of many shards the last writes the page
+        write_page(opened)
+    _print_status(found, as_json)
     if not as_json:
         folder = opened.store.folder
         print(f"table: unmodeled export {folder} --out {opened.plan.config.name}.csv")
