@@ -138,14 +138,15 @@ def train_and_score(
         for config, data in runs:
             model = data if isinstance(data, str) else next(fitted)
             spec = config.learners[0]
+            reason: object = model
             if not isinstance(data, str) and isinstance(model, Learner):
                 cost = Meter(meter.seconds * len(data.train) / total, meter.peak_bytes)
                 try:
                     results.append(score(spec, model, cost, data, config, flights=flights))
                     continue
                 except _FAILURES as error:  # e.g. a covariance that is not positive definite
-                    model = error
-            results.append(LearnerResult(spec.label, spec.kind, spec.baseline, failure=str(model)))
+                    reason = error
+            results.append(LearnerResult(spec.label, spec.kind, spec.baseline, failure=str(reason)))
     return results
 
 
