@@ -122,7 +122,7 @@ def test_what_cannot_be_reproduced(stores, tmp_path, monkeypatch):
         um.reproduce("neamati-fig1", store=stores, out=tmp_path)
     with pytest.raises(InputError, match="not the folder of a sweep"):
         um.reproduce("neamati-fig12", store=tmp_path, out=tmp_path)
-    with pytest.raises(InputError, match="fewer than two levels of noise.state"):
+    with pytest.raises(InputError, match="fewer than two levels of noise"):
         um.reproduce("neamati-fig12", store=stores / "neamati-fig11", out=tmp_path)
     made_up_store(tmp_path / "gp", learners=(GP,), count=2)
     with pytest.raises(InputError, match="no finished run of a learner of kind spectral_mlp"):

@@ -147,10 +147,10 @@ def test_folders_that_hold_nothing(tmp_path):
         write_sweep_report(tmp_path / "none")
     folder = made_up_store(tmp_path / "s", count=2)
     (folder / "results.parquet").unlink()
-    with pytest.raises(InputError, match="no run of .* is finished yet"):
+    with pytest.raises(InputError, match=r"no run of .* is finished yet"):
         write_sweep_report(folder)
+    made_up_store(tmp_path / "t", count=2)
     with pytest.raises(InputError, match="extrapolation_median"):
-        made_up_store(tmp_path / "t", count=2)
         write_sweep_report(tmp_path / "t", "extrapolation_medina")
 
 

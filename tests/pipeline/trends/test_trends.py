@@ -78,9 +78,8 @@ def test_on_its_contour_a_term_has_its_share_of_the_potential():
         theta, r = reach.colatitude[keep], radius[keep]
         unit = np.column_stack([np.sin(theta), 0 * theta, np.cos(theta)])
         values = {"GM": body.gm, "R_ref": body.reference_radius, f"J{n}": body.zonals[n]}
-        pull = np.sum(
-            Dynamics([Zonal((n,))], values).acceleration(r[:, None] * unit) * unit, axis=1
-        )
+        field = Dynamics([Zonal((n,))], values)
+        pull = np.sum(field.acceleration(r[:, None] * unit) * unit, axis=1)
         # P_n cancels near its zeros: absolute rounding of 1e-16 (n + 1) over its value there.
         np.testing.assert_allclose(np.abs(pull) * r / (n + 1), wanted, rtol=1e-6)
 
