@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Hashable, Mapping, Sequence
+from typing import Any
 
 import pandas as pd
 
@@ -208,6 +209,6 @@ def failure_table(table: pd.DataFrame, axes: Sequence[str]) -> Table:
     )
 
 
-def _cost(row: dict[str, float], name: str, scale: float) -> str:
-    value = row.get(name, math.nan)
+def _cost(row: Mapping[Hashable, Any], name: str, scale: float) -> str:
+    value = float(row.get(name, math.nan))
     return "–" if math.isnan(value) else number(scale * value)

@@ -82,7 +82,8 @@ class SweepView:
     def errors(self, label: str, metric: str) -> Array:
         """Return a learner's errors, one a run (n,); infinite where the fit failed."""
         mine = self.table[self.table["learner"] == label]
-        return counted_errors(mine, metric).to_numpy(dtype=np.float64)
+        errors: Array = np.array(counted_errors(mine, metric), dtype=np.float64)
+        return errors
 
     def only(self, table: pd.DataFrame) -> SweepView:
         """Return the view of a part of the runs."""

@@ -107,7 +107,7 @@ def slices(
     """
     others = [a for a in axes if a != axis and len(table[a].unique()) > 1]
     if not others:
-        parts = [({}, table)]
+        parts: list[tuple[dict[str, Any], pd.DataFrame]] = [({}, table)]
     else:
         grouped = table.groupby(others, sort=False, dropna=False)
         parts = [(dict(zip(others, key, strict=True)), part) for key, part in grouped]

@@ -146,7 +146,7 @@ def collision_boundary(screened: pd.DataFrame) -> Boundary:
     )
 
 
-def _logistic(features: Array, hit: np.ndarray) -> tuple[Array, float]:  # type: ignore[type-arg]
+def _logistic(features: Array, hit: np.ndarray) -> tuple[Array, float]:
     """Return weights (1 + k,), the constant first, and the negative log likelihood."""
     mean, scale = features.mean(axis=0), features.std(axis=0)
     x = np.column_stack([np.ones(len(features)), (features - mean) / scale])
@@ -164,9 +164,9 @@ def _logistic(features: Array, hit: np.ndarray) -> tuple[Array, float]:  # type:
     return np.concatenate([[w[0] - slopes @ mean], slopes]), float(found.fun)
 
 
-def _share(of: np.ndarray) -> float:  # type: ignore[type-arg]
+def _share(of: np.ndarray) -> float:
     return float(np.mean(of)) if len(of) else float("nan")
 
 
-def _wrong(features: Array, weights: Array, hit: np.ndarray) -> float:  # type: ignore[type-arg]
+def _wrong(features: Array, weights: Array, hit: np.ndarray) -> float:
     return float(np.mean((weights[0] + features @ weights[1:] > 0) != hit))

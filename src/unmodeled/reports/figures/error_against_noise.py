@@ -88,7 +88,7 @@ def draw_bands(
 def band_legend(figure: Figure, view: SweepView, more: list[Line2D]) -> None:
     """Put a legend of learners, band and more above a figure."""
     handles: list[Line2D | Patch] = [
-        Line2D([], [], color=s.colour, linestyle=s.line, label=short(x), **s.marker_options)
+        Line2D([], [], color=s.colour, ls=s.line, label=short(x), **s.marker_options)
         for x, s in view.styles.items()
         if x in view.labels
     ]
@@ -118,10 +118,10 @@ def _linear(axes: Axes, found: pd.DataFrame, styles: Mapping[str, LearnerStyle])
 
 def _line(
     axes: Axes,
-    x: np.ndarray,  # type: ignore[type-arg]
-    low: np.ndarray,  # type: ignore[type-arg]
-    middle: np.ndarray,  # type: ignore[type-arg]
-    high: np.ndarray,  # type: ignore[type-arg]
+    x: np.ndarray,
+    low: np.ndarray,
+    middle: np.ndarray,
+    high: np.ndarray,
     style: LearnerStyle,
 ) -> None:
     axes.fill_between(x, low, high, color=style.colour, alpha=0.22, linewidth=0, zorder=2)

@@ -57,7 +57,7 @@ def sweep_calibration(view: SweepView, axis: str | None = None) -> Figure | None
         figure.supxlabel(words, fontsize=8.5)
         figure.supylabel("components inside the interval, %", fontsize=8.5)
         handles = [
-            Line2D([], [], color=s.colour, marker=s.marker, linestyle=_LINES[n], label=s.title)
+            Line2D([], [], color=s.colour, marker=s.marker, ls=_LINES[n], label=s.title)
             for n, s in SET_STYLES.items()
         ]
         handles.append(Line2D([], [], color="#4B5563", linewidth=0.9, label="as it should be"))
