@@ -4,7 +4,7 @@ The same names as on the command line, as plain functions on plain data:
 
 >>> import unmodeled as um
 >>> sorted(um.body_names())
-['bennu', 'earth', 'eros', 'mars', 'moon']
+['bennu', 'earth', 'eros', 'mars', 'moon', 'sun']
 """
 
 from __future__ import annotations
