@@ -26,6 +26,7 @@ import pandas as pd
 
 from unmodeled.pipeline.cases.case import Case
 from unmodeled.pipeline.cases.load_case import case_from_mapping
+from unmodeled.pipeline.diagnosis.add_effect import add
 from unmodeled.pipeline.diagnosis.diagnose import diagnose
 from unmodeled.pipeline.diagnosis.result import Diagnosis
 from unmodeled.pipeline.orbit_fit import OrbitFit, fit_orbits
@@ -132,8 +133,10 @@ def row(name: str, rung: Rung, d: Diagnosis, seconds: float) -> dict[str, Any]:
     inside = [f for f in d.findings if rung.effect in f.class_names]
     if inside:
         line["class"] = ", ".join(inside[0].class_names)
-    if rung.effect in found:
-        e = found[rung.effect].estimates[0]
+    if inside:
+        # Not named first but in the class: what it would be, if it is this.
+        named = rung.effect in found
+        e = (found[rung.effect] if named else add(d.case, rung.effect)).estimates[0]
         line |= {"estimate": e.value, "sigma": e.sigma, "unit": e.unit}
         if rung.accepted is not None:
             line["accepted"] = rung.accepted

@@ -4,7 +4,7 @@ The same names as on the command line, as plain functions on plain data:
 
 >>> import unmodeled as um
 >>> sorted(um.body_names())
-['bennu', 'earth', 'eros', 'mars', 'moon']
+['bennu', 'earth', 'eros', 'mars', 'moon', 'sun']
 """
 
 from __future__ import annotations
@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from unmodeled.reports import write_report
     from unmodeled.reports.comparison_page import write_comparison_report
     from unmodeled.reports.diagnosis_page import write_addition_report, write_diagnosis_report
+    from unmodeled.reports.reproduction.reproduce import Reproduction, reproduce
+    from unmodeled.reports.sweep_page import write_sweep_report
 
 __all__ = [
     "Addition",
@@ -46,6 +48,7 @@ __all__ = [
     "Diagnosis",
     "HiddenEffect",
     "LearnedField",
+    "Reproduction",
     "Selection",
     "Trajectory",
     "add",
@@ -57,6 +60,7 @@ __all__ = [
     "load_case",
     "load_config",
     "read_trajectory",
+    "reproduce",
     "select",
     "simulate_case",
     "sweep",
@@ -65,6 +69,7 @@ __all__ = [
     "write_comparison_report",
     "write_diagnosis_report",
     "write_report",
+    "write_sweep_report",
 ]
 
 _HOME = {
@@ -96,6 +101,9 @@ _HOME = {
     "sweep": "pipeline.sweep.sweep",
     "select": "pipeline.select.select",
     "Selection": "pipeline.select.select",
+    "write_sweep_report": "reports.sweep_page",
+    "reproduce": "reports.reproduction.reproduce",
+    "Reproduction": "reports.reproduction.reproduce",
 }
 
 

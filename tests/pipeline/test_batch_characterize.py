@@ -2,7 +2,12 @@ import numpy as np
 import pytest
 
 from unmodeled.core.errors import ConfigError
-from unmodeled.pipeline.batch_characterize import characterize_batch, metrics_row
+from unmodeled.pipeline import batch_characterize
+from unmodeled.pipeline.batch_characterize import (
+    characterize_batch,
+    characterize_stacks,
+    metrics_row,
+)
 from unmodeled.pipeline.characterize import characterize
 from unmodeled.pipeline.config import CharacterizationConfig
 
@@ -41,10 +46,8 @@ def test_rows_are_those_of_the_runs_alone(key):
     assert again[0].flights == ()
 
 
-def test_memory_is_bounded_by_pieces(monkeypatch):
-    from unmodeled.pipeline import batch_characterize
-
-    configs = [configuration(seed, LEARNERS["rbf"]) for seed in (1, 4, 10)]
+def test_no_more_data_are_held_than_are_trained_side_by_side(monkeypatch):
+    configs = [configuration(seed, LEARNERS["network"]) for seed in (1, 4, 10)]
     whole = [metrics_row(r) for r in characterize_batch(configs)]
     pieces = []
     fit = batch_characterize.fit_batch
@@ -53,9 +56,15 @@ def test_memory_is_bounded_by_pieces(monkeypatch):
         "fit_batch",
         lambda ls, *a, **k: pieces.append(len(ls)) or fit(ls, *a, **k),
     )
-    monkeypatch.setattr(batch_characterize, "_SAMPLES_AT_ONCE", 100)
     assert [metrics_row(r) for r in characterize_batch(configs)] == whole
-    assert pieces == [2, 1]
+    monkeypatch.setattr(batch_characterize, "stack_members", lambda *_: 2)
+    stacks = characterize_stacks(configs)
+    assert [metrics_row(r) for r in next(stacks)] == whole[:2]
+    assert pieces == [3, 2]  # the third one's data are not made yet
+    assert [metrics_row(r) for r in next(stacks)] == whole[2:]
+    gps = [configuration(seed, LEARNERS["gp"]) for seed in (1, 4)]
+    monkeypatch.undo()
+    assert [len(stack) for stack in characterize_stacks(gps)] == [1, 1]
 
 
 def test_a_run_that_hits_the_body_is_a_row_with_its_reason():

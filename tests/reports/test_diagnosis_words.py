@@ -93,10 +93,10 @@ def test_the_fall_in_words():
     )
     forecast = Forecast(before=2.1, after=1.01, log10_p=-0.3)
     text = residual_sentence(SimpleNamespace(steps=steps, forecast=forecast))
-    assert text.endswith("foretells 2.10 and 1.01 σ there: as they are.")
+    assert text.endswith("2.10 and 1.01 σ are to be expected there: as seen.")
     surprised = replace(forecast, log10_p=-9.0)
     text = residual_sentence(SimpleNamespace(steps=steps, forecast=surprised))
-    assert text.endswith("less than they are.")
+    assert text.endswith("less than is seen, so the model is not right.")
     assert "nothing was added" in residual_sentence(SimpleNamespace(steps=(Step("", 1.0, None),)))
 
 

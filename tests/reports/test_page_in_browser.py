@@ -5,10 +5,18 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
+sys.path.append(str(Path(__file__).parent))
+
+from made_up_sweep import GP, NETWORK, made_up_store
+
+import unmodeled as um
 from unmodeled.reports import write_report
+from unmodeled.reports.sweep_page import write_sweep_report
 
 BROWSER = next(
     (p for p in map(shutil.which, ("chromium", "chromium-browser", "google-chrome")) if p), None
@@ -42,9 +50,31 @@ _MEASURE = """<script>addEventListener("load", () => {
 });</script>"""
 
 
+TITLES = {
+    "run": "report-test: how far can each learned model be trusted?",
+    "sweep": "made-up: which learner can be trusted, where, at what cost?",
+    "reproduction": "neamati-fig12: the paper's figure beside ours",
+}
+IMAGES = {"run": 7, "sweep": 7, "reproduction": 1}
+
+
+@pytest.fixture(scope="module", params=list(TITLES))
+def kind(request):
+    return request.param
+
+
 @pytest.fixture(scope="module")
-def report(result, tmp_path_factory):
-    return write_report(result, tmp_path_factory.mktemp("run"))
+def report(kind, result, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("run")
+    if kind == "run":
+        return write_report(result, folder)
+    rbf = {"kind": "rbf_network", "label": "rbf <b>&\"'</b>"}
+    levels = {"noise.state": [0, 0.2, 1]}
+    store = made_up_store(folder / "store", learners=(GP, NETWORK, rbf), fail=1, **levels)
+    if kind == "sweep":
+        return write_sweep_report(store)
+    um.reproduce("neamati-fig12", store=store, out=folder)
+    return folder / "report.html"
 
 
 def browse(page, folder, *options):
@@ -78,11 +108,12 @@ def test_it_renders_without_complaint(report, tmp_path):
     assert picture.stat().st_size > 100_000
 
 
-def test_the_document_is_as_written(report, tmp_path):
+def test_the_document_is_as_written(report, kind, tmp_path):
     dom = browse(report, tmp_path, "--dump-dom").stdout
-    assert "<title>report-test: how far can each learned model be trusted?</title>" in dom
-    assert dom.count("<img ") == report.read_text(encoding="utf-8").count("<img ") == 7
-    assert "&lt;b&gt;&amp;" in dom
+    assert f"<title>{TITLES[kind]}</title>" in dom
+    assert dom.count("<img ") == report.read_text(encoding="utf-8").count("<img ") == IMAGES[kind]
+    if kind != "reproduction":
+        assert "&lt;b&gt;&amp;" in dom
 
 
 @pytest.mark.parametrize("width", [1280, 390])

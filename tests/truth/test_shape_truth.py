@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.optimize
-from scipy.special import elliprd
+from scipy.special import beta, elliprd
 from tests.models.physics.shapes import cube, ellipsoid_mesh
 
 from unmodeled.core.constants import G
@@ -33,6 +33,23 @@ def around(radius, n=30):
     return x * (radius / np.linalg.norm(x, axis=1))[:, None]
 
 
+def left_out(radius, degree):
+    """Bound on the acceleration beyond an even degree, over GM / r^2.
+
+    Outside, the field is that of the focal disc (Maclaurin): semi-axes p, q with p^2 = a^2 - c^2,
+    q^2 = b^2 - c^2 and a density like sqrt(1 - u^2), u the radius over that of the edge. A mass at
+    distance s adds at most (n + 1) s^n / r^(n + 2) of degree n, since n^2 P_n^2 + (dP_n)^2 <= n^2
+    (Bernstein's inequality for cosine polynomials); odd degrees vanish.
+    """
+    n = np.arange(degree + 2, 800, 2)  # at r = 3 the terms fall by a quarter each
+    angle = np.linspace(0.0, np.pi, 2001)[:-1]
+    p2, q2 = AXES[:2] ** 2 - AXES[2] ** 2
+    edge = p2 * np.cos(angle) ** 2 + q2 * np.sin(angle) ** 2
+    around_edge = np.mean((edge / radius**2) ** (n[:, None] / 2), axis=1)
+    terms = (n + 1) * 1.5 * beta(n / 2 + 1, 1.5) * around_edge
+    return terms.sum()
+
+
 @pytest.mark.parametrize("radius", [3.0, 4.0, 6.0])
 def test_the_series_of_an_ellipsoid_is_the_closed_form(radius):
     """From its own Brillouin sphere on: the singularities lie at 2.6, the focal distance."""
@@ -40,11 +57,10 @@ def test_the_series_of_an_ellipsoid_is_the_closed_form(radius):
     model = Dynamics([PointMass(), Ellipsoid(16)], {"GM": 1.0} | values)
     x = around(radius)
     exact = np.array([closed_form(p) for p in x])
-    off = np.linalg.norm(model.acceleration(x) - exact, axis=1) / np.linalg.norm(exact, axis=1)
-    print(f"r = {radius}: {off.max():.1e}")
-    # (focal distance / r)^18 is the first degree left out; coefficients fall like 1 / n^2, which
-    # its n + 1 in the gradient does not make up for
-    assert off.max() < 0.2 * (2.6 / radius) ** 18
+    off = radius**2 * np.linalg.norm(model.acceleration(x) - exact, axis=1).max()
+    bound = left_out(radius, 16)
+    print(f"r = {radius}: {off:.1e}, bound {bound:.1e}")
+    assert 0.01 * bound < off < bound
 
 
 def test_fine_meshes_of_an_ellipsoid_come_to_the_closed_form():
@@ -95,3 +111,8 @@ def test_eros_as_a_homogeneous_body_is_eros_as_near_found_it():
         print(f"C{n}0: {ours:.5f}, measured {measured:.5f}")
         # Eros is homogeneous within one or two per cent, and this mesh has 1,500 faces
         assert ours == pytest.approx(measured, rel=0.05)
+    # C22 is 6.6 % above NEAR's 0.0825, and that is no error: the mesh was turned about z into its
+    # own principal axes (S22 vanishes), while NEAR's x axis lies about ten degrees beside the
+    # long axis. Zonals do not see this turn; C22 is larger by 1 / cos(2 x 10 degrees).
+    assert c["C_2_2"] * share**2 == pytest.approx(0.0880, abs=5e-5)
+    assert abs(c["S_2_2"]) < 1e-3 * c["C_2_2"]

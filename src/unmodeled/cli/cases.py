@@ -41,12 +41,11 @@ def compare(
     from unmodeled.pipeline.comparison.compare import compare as run
     from unmodeled.pipeline.comparison.save import comparison_text, save_comparison
     from unmodeled.pipeline.diagnosis.save import case_provenance
-    from unmodeled.pipeline.run_folder import check_run_folder, run_folder
+    from unmodeled.pipeline.run_folder import run_folder
     from unmodeled.reports.comparison_page import write_comparison_report
     from unmodeled.reports.comparison_words import comparison_words
 
-    target = out or Path("runs") / f"{loaded.name}-compared"
-    check_run_folder(target)
+    target = _run_target(out or Path("runs") / f"{loaded.name}-compared", case)
     with progress() as report:
         comparison = run(loaded, report)
     provenance = case_provenance(loaded)
@@ -90,12 +89,11 @@ def diagnose(
     from unmodeled.pipeline.diagnosis.diagnose import diagnose as run
     from unmodeled.pipeline.diagnosis.save import case_provenance, save_diagnosis
     from unmodeled.pipeline.diagnosis.schema import as_text
-    from unmodeled.pipeline.run_folder import check_run_folder, run_folder
+    from unmodeled.pipeline.run_folder import run_folder
     from unmodeled.reports.diagnosis_page import write_diagnosis_report
     from unmodeled.reports.diagnosis_text import diagnosis_lines
 
-    target = out or Path("runs") / loaded.name
-    check_run_folder(target)
+    target = _run_target(out or Path("runs") / loaded.name, case)
     with progress() as report:
         diagnosis = run(loaded, most=most, progress=report)
     provenance = case_provenance(loaded)
@@ -137,7 +135,9 @@ def add(
 ) -> None:
     """Add one effect: fit without and with it, write the next case file, print the errors."""
     loaded = _load(case, data)
-    target = out or case.with_name(f"{case.stem}-with-{_file_name(effect)}{case.suffix}")
+    from unmodeled.pipeline.diagnosis.next_case import plain_name
+
+    target = out or case.with_name(f"{case.stem}-with-{plain_name(effect)}{case.suffix}")
     if target.exists():
         raise InputError(f"{target} exists", do="name another --out, or remove it")
     if not target.parent.is_dir():
@@ -147,12 +147,12 @@ def add(
     from unmodeled.pipeline.diagnosis.next_case import moved
     from unmodeled.pipeline.diagnosis.save import save_addition
     from unmodeled.pipeline.diagnosis.schema import as_text
-    from unmodeled.pipeline.run_folder import check_run_folder, run_folder
+    from unmodeled.pipeline.run_folder import run_folder
     from unmodeled.reports.diagnosis_page import write_addition_report
     from unmodeled.reports.diagnosis_text import addition_lines
 
     if report is not None:
-        check_run_folder(report)
+        _run_target(report, case)
     with progress() as bar:
         addition = run(loaded, effect, progress=bar)
     write_case(moved(addition.source, case.parent, target.parent), target)
@@ -185,12 +185,20 @@ def _load(path: Path, data: Path | None) -> Case:
     return load_case(path, folders)
 
 
-def _file_name(effect: str) -> str:
-    """Return a name of an effect as part of a file name.
+def _run_target(target: Path, case: Path) -> Path:
+    """Return the folder of a run, if the run may take its place.
 
-    Examples
-    --------
-    >>> _file_name("time_tag[goldstone]")
-    'time_tag-goldstone'
+    Raises
+    ------
+    InputError
+        If it holds something else, or the case file itself.
     """
-    return "".join(c if c.isalnum() or c == "_" else "-" for c in effect).strip("-")
+    from unmodeled.pipeline.run_folder import check_run_folder
+
+    check_run_folder(target)
+    if case.resolve().is_relative_to(target.resolve()):
+        raise InputError(
+            f"{case} lies in {target}, whose content this run would replace",
+            do="name another --out",
+        )
+    return target

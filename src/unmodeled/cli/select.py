@@ -8,12 +8,11 @@ from typing import Annotated
 
 import typer
 
+from unmodeled.cli.report import METRICS, write_page
 from unmodeled.cli.tools import app, errors, stoppable
 from unmodeled.core.errors import ConfigError
 
 __all__ = ["select"]
-
-_METRICS = {"robustness": "extrapolation_median", "safety": "interpolation_median"}
 
 
 @app.command()
@@ -31,11 +30,14 @@ def select(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> None:
-    """Compare the learners of a sweep problem by problem; recommend one for each regime."""
+    """Compare the learners of a sweep problem by problem; recommend one for each regime.
+
+    The page of the sweep, report.html, is written again by the same measure.
+    """
     from unmodeled.pipeline.sweep.store import Store
 
-    if by not in _METRICS:
-        raise ConfigError(f"--by {by}", allowed=", ".join(_METRICS))
+    if by not in METRICS:
+        raise ConfigError(f"--by {by}", allowed=", ".join(METRICS))
     Store(folder).require()
     from unmodeled.pipeline.select.export_winner import export_winner
     from unmodeled.pipeline.select.select import select as choose
@@ -45,7 +47,8 @@ def select(
     table = opened.table()
     if table.empty:
         raise ConfigError(f"no run of {folder} is finished yet")
-    selection = choose(table, _METRICS[by])
+    selection = choose(table, METRICS[by])
+    write_page(opened, METRICS[by])
     if as_json:
         print(json.dumps(selection.as_json(), indent=2))
     else:

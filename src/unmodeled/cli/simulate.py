@@ -108,9 +108,10 @@ def hidden_effects(texts: Sequence[str], case: Case) -> list[HiddenEffect]:
                 given, {p.name: p.unit for p in owners[key].parameters}[key], key
             )
         else:
+            hint = nearest(key, [*every, *owners])
             raise ConfigError(
                 f'--hide "{text}": there is no effect or parameter "{key}" here',
-                do=nearest(key, [*every, *owners]),
+                do=hint if hint.startswith("did") else "ask `unmodeled effects SCENARIO` for all",
             )
     both = set(strengths) & set(values)
     if both:
@@ -187,19 +188,21 @@ def _orbits(
     resolved, _ = resolve(config, None, seed, setting)
     from unmodeled.datasets.tabular import write_trajectory
     from unmodeled.pipeline.prepare import simulate as run
+    from unmodeled.pipeline.run_folder import new_files
 
     if not resolved.data.simulated:
         raise InputError(
             f"data.trajectory is {resolved.data.trajectory}", allowed="simulated for this command"
         )
+    if out.is_file():
+        raise InputError(f"{out} is a file", allowed="a folder for the orbits")
     _, orbits, _ = run(resolved)
-    out.mkdir(parents=True, exist_ok=True)
-    files = []
-    for k, orbit in enumerate(orbits.orbits):
-        path = out / ("train.csv" if k == 0 else f"extrapolation-{k}.csv")
-        write_trajectory(orbit, path)
-        files.append(str(path))
-        if not as_json:
-            print(f"{path}: {len(orbit)} samples over {orbit.times[-1]:.6g} s")
+    names = ["train.csv", *(f"extrapolation-{k}.csv" for k in range(1, len(orbits.orbits)))]
+    with new_files(out) as staging:
+        for name, orbit in zip(names, orbits.orbits, strict=True):
+            write_trajectory(orbit, staging / name)
     if as_json:
-        print(json.dumps({"files": files}, indent=2))
+        print(json.dumps({"files": [str(out / n) for n in names]}, indent=2))
+        return
+    for name, orbit in zip(names, orbits.orbits, strict=True):
+        print(f"{out / name}: {len(orbit)} samples over {orbit.times[-1]:.6g} s")

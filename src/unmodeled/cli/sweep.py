@@ -11,6 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
+from unmodeled.cli.report import write_page
 from unmodeled.cli.tools import DataFolder, app, data_folders, errors, progress
 
 __all__ = ["export", "resume", "status", "sweep"]
@@ -24,6 +25,7 @@ ShardOption = Annotated[
     str | None, typer.Option("--shard", help="i/n: only this part, for a job array.")
 ]
 BatchSize = Annotated[int, typer.Option("--batch-size", help="Most runs of one batch.")]
+Device = Annotated[str, typer.Option("--device", help="Where to train: cpu or cuda.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")]
 
 
@@ -36,6 +38,7 @@ def sweep(
     scheduler: Scheduler = None,
     shard: ShardOption = None,
     batch_size: BatchSize = 20,
+    device: Device = "cpu",
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Print count, expected time and memory only.")
     ] = False,
@@ -46,7 +49,7 @@ def sweep(
     if dry_run:
         _dry_run(config, out, folders, workers, as_json)
         return
-    _run(config, out, folders, workers, scheduler, shard, batch_size, as_json)
+    _run(config, out, folders, workers, scheduler, shard, batch_size, device, as_json)
 
 
 @app.command()
@@ -57,11 +60,12 @@ def resume(
     scheduler: Scheduler = None,
     shard: ShardOption = None,
     batch_size: BatchSize = 20,
+    device: Device = "cpu",
     as_json: AsJson = False,
 ) -> None:
     """Go on with a sweep that was stopped; nothing finished is computed again."""
     _existing(folder)
-    _run(folder, None, data_folders(data), workers, scheduler, shard, batch_size, as_json)
+    _run(folder, None, data_folders(data), workers, scheduler, shard, batch_size, device, as_json)
 
 
 @app.command()
@@ -102,6 +106,7 @@ def _run(
     scheduler: str | None,
     shard: str | None,
     batch_size: int,
+    device: str,
     as_json: bool,
 ) -> None:
     from unmodeled.pipeline.sweep.status import status_of
@@ -121,9 +126,13 @@ def _run(
             scheduler=scheduler,
             shard=shard,
             batch_size=batch_size,
+            device=device,
             tell=tell,
         )
-    _print_status(status_of(opened.plan, opened.store.finished()), as_json)
+    found = status_of(opened.plan, opened.store.finished())
+    if found.finished == found.planned:  # of many shards the last writes the page
+        write_page(opened)
+    _print_status(found, as_json)
     if not as_json:
         folder = opened.store.folder
         print(f"table: unmodeled export {folder} --out {opened.plan.config.name}.csv")

@@ -19,7 +19,7 @@ __all__ = ["DataFolder", "app", "data_folders", "errors", "progress", "show_warn
 
 #: As a user meets them.
 _ORDER = (
-    *("characterize", "sweep", "resume", "status", "export", "select"),
+    *("characterize", "sweep", "resume", "status", "export", "select", "report", "reproduce"),
     *("simulate", "compare", "diagnose", "add", "scenarios", "effects"),
 )
 

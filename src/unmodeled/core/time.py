@@ -234,7 +234,7 @@ def _time(dates: list[str], scale: str, text: str) -> Time:
                 stamps = stamps + TimeDelta(_TAI_MINUS_GPS, format="sec")
         except ValueError as exc:
             raise DataError(
-                f'epoch "{text}" is not a date ({str(exc).splitlines()[0]})',
+                f'epoch "{text}" is not a date',
                 do='write it like "2016-03-13T00:00:00 UTC"',
             ) from exc
     _check_utc(stamps, name)

@@ -4,22 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
+from itertools import chain
 from pathlib import Path
 
 from unmodeled.core.errors import ConfigError, DataError, NumericalError, OrbitError
 from unmodeled.core.threads import one_thread
 from unmodeled.datasets.learning_data import LearningData
-from unmodeled.models.learned import NoiseLevel, fit_batch
+from unmodeled.models.learned import Learner, NoiseLevel, fit_batch, stack_members
 from unmodeled.pipeline.characterize import score
 from unmodeled.pipeline.config import CharacterizationConfig
 from unmodeled.pipeline.cost import Meter
 from unmodeled.pipeline.prepare import Simulated, prepare, simulate
 from unmodeled.pipeline.results import LearnerResult
 
-__all__ = ["characterize_batch", "metrics_row", "train_and_score"]
+__all__ = ["characterize_batch", "characterize_stacks", "metrics_row", "train_and_score"]
 
-#: Training samples that are held at a time: bounds the memory of fitted models and predictions.
-_SAMPLES_AT_ONCE = 25_000
+_Run = tuple[CharacterizationConfig, LearningData | str]
+#: What the data of a run may bring about; the run's own answer, the same in any batch.
+_FAILURES = (DataError, OrbitError, NumericalError)
 
 
 def characterize_batch(
@@ -35,7 +37,7 @@ def characterize_batch(
 
     Each result equals that of `characterize` for its configuration alone, whatever the batch:
     the data depend on the configuration only, and a member of a batch is its solo fit to the
-    last bit (on a processor). Times of the training are shares of the batch's.
+    last bit (on a processor). Times of the training are shares of the stack's.
 
     Parameters
     ----------
@@ -62,6 +64,27 @@ def characterize_batch(
     ConfigError
         For a configuration with more than one learner, or as `prepare`.
     """
+    return chain.from_iterable(
+        characterize_stacks(
+            configs, folders, simulated=simulated, flights=flights, device=device, threads=threads
+        )
+    )
+
+
+def characterize_stacks(
+    configs: Sequence[CharacterizationConfig],
+    folders: Sequence[Path] = (),
+    *,
+    simulated: Callable[..., Simulated] | None = None,
+    flights: bool = False,
+    device: str = "cpu",
+    threads: int = 1,
+) -> Iterator[list[LearnerResult]]:
+    """Do what `characterize_batch` does, and yield the results of one stack at a time.
+
+    Only as many data sets are held as are trained side by side: it bounds the memory, and what
+    a kill in the middle of a batch loses.
+    """
     for config in configs:
         if len(config.learners) != 1:
             raise ConfigError(
@@ -71,30 +94,32 @@ def characterize_batch(
             )
     # The paper's RK4 orbit beside the true one takes nine tenths of the time and changes nothing.
     orbits = simulated or partial(simulate, compare_integrators=False)
-    pending: list[tuple[CharacterizationConfig, LearningData | str]] = []
-    held = 0
+    pending: list[_Run] = []
     for config in configs:
-        data: LearningData | str
+        full = False
         try:
             with one_thread():
                 data = prepare(config, folders, orbits)
-            held += len(data.train)
-        except (DataError, OrbitError) as error:
-            data = str(error)
-        pending.append((config, data))
-        if held >= _SAMPLES_AT_ONCE:
-            yield from train_and_score(pending, flights=flights, device=device, threads=threads)
-            pending, held = [], 0
-    yield from train_and_score(pending, flights=flights, device=device, threads=threads)
+        except _FAILURES as error:
+            pending.append((config, str(error)))
+        else:
+            pending.append((config, data))
+            side_by_side = stack_members(config.learners[0].build(), len(data.train), device)
+            full = len(pending) >= side_by_side * threads
+        if full:
+            yield train_and_score(pending, flights=flights, device=device, threads=threads)
+            pending = []
+    if pending:
+        yield train_and_score(pending, flights=flights, device=device, threads=threads)
 
 
 def train_and_score(
-    runs: Sequence[tuple[CharacterizationConfig, LearningData | str]],
+    runs: Sequence[_Run],
     *,
     flights: bool = False,
     device: str = "cpu",
     threads: int = 1,
-) -> Iterator[LearnerResult]:
+) -> list[LearnerResult]:
     """Train the learners of some runs as one batch and measure each.
 
     Parameters
@@ -106,25 +131,42 @@ def train_and_score(
     """
     trained = [(c, d) for c, d in runs if not isinstance(d, str)]
     with Meter() as meter:
-        fitted = fit_batch(
-            [config.learners[0].build() for config, _ in trained],
-            [data.train.observed_positions for _, data in trained],
-            [data.train.observed_accelerations for _, data in trained],
-            [NoiseLevel(data.noise.state, data.noise.acceleration) for _, data in trained],
+        fitted = iter(_fit(trained, device, threads))
+    total = max(1, sum(len(data.train) for _, data in trained))
+    results = []
+    with one_thread():
+        for config, data in runs:
+            model = data if isinstance(data, str) else next(fitted)
+            spec = config.learners[0]
+            reason: object = model
+            if not isinstance(data, str) and isinstance(model, Learner):
+                cost = Meter(meter.seconds * len(data.train) / total, meter.peak_bytes)
+                try:
+                    results.append(score(spec, model, cost, data, config, flights=flights))
+                    continue
+                except _FAILURES as error:  # e.g. a covariance that is not positive definite
+                    reason = error
+            results.append(LearnerResult(spec.label, spec.kind, spec.baseline, failure=str(reason)))
+    return results
+
+
+def _fit(
+    runs: Sequence[tuple[CharacterizationConfig, LearningData]], device: str, threads: int
+) -> Sequence[Learner | NumericalError | DataError]:
+    """Fit as one batch; samples that a learner refuses cost their own run only."""
+    try:
+        return fit_batch(
+            [config.learners[0].build() for config, _ in runs],
+            [data.train.observed_positions for _, data in runs],
+            [data.train.observed_accelerations for _, data in runs],
+            [NoiseLevel(data.noise.state, data.noise.acceleration) for _, data in runs],
             device=device,
             threads=threads,
         )
-    total = max(1, sum(len(data.train) for _, data in trained))
-    models = iter(fitted)
-    with one_thread():
-        for config, data in runs:
-            spec = config.learners[0]
-            model = data if isinstance(data, str) else next(models)
-            if isinstance(data, str) or isinstance(model, str | NumericalError):
-                yield LearnerResult(spec.label, spec.kind, spec.baseline, failure=str(model))
-                continue
-            cost = Meter(meter.seconds * len(data.train) / total, meter.peak_bytes)
-            yield score(spec, model, cost, data, config, flights=flights)
+    except DataError as error:
+        if len(runs) == 1:
+            return [error]
+        return [_fit([run], device, threads)[0] for run in runs]
 
 
 def metrics_row(result: LearnerResult) -> dict[str, float | str]:

@@ -25,6 +25,9 @@ STATE = ("x", "y", "z", "vx", "vy", "vz")
 _EMPTY = 1e-9
 #: ... its typical change being at least this share of itself (GM of the Sun has 21 digits).
 _SHARE = 1e-9
+#: A trial may take this many times the steps of the last orbit, and some more.
+_FAR = 30
+_SOME = 1000
 #: Orbits that are kept of each arc.
 _KEPT = 2
 #: Share by which the state of an arc may move before its panels are laid out anew: they only have
@@ -280,7 +283,9 @@ class FitProblem:
         epoch = self.arcs[a].epoch
         start = min(epoch, *(float(m.times.min()) for m in sets))
         end = max(epoch, *(float(m.times.max()) for m in sets))
-        orbit = model.fly(point.states[a], epoch, start, end)
+        # A trial that needs far more steps than where the fit began falls into a centre.
+        most = _FAR * known[0][1].steps + _SOME if known else None
+        orbit = model.fly(point.states[a], epoch, start, end, most)
         # The present iterate and the last trial: a trial that is refused leads back.
         self._flown[a] = [*known[-_KEPT + 1 :], (key, orbit)]
         return orbit

@@ -114,7 +114,12 @@ class Linearisation:
     # Columns ---------------------------------------------------------------------------------
 
     def columns(
-        self, effect: Effect | MeasurementEffect, values: Mapping[str, float], names: Sequence[str]
+        self,
+        effect: Effect | MeasurementEffect,
+        values: Mapping[str, float],
+        names: Sequence[str],
+        *,
+        elsewhere: bool = False,
     ) -> Array:
         """Return d whitened prediction / d parameter of an effect that is not in the model, (n, p).
 
@@ -126,12 +131,16 @@ class Linearisation:
             Parameters of the effect; those of the model (GM, R_ref ...) are filled in.
         names : sequence of str
             The parameters to differentiate by.
+        elsewhere : bool
+            An effect that is in the model already is taken at ``values`` all the same: what it
+            would do at another place.
         """
         if isinstance(effect, ImpulsiveManoeuvre):
             return self._kick(effect, values)
         if isinstance(effect, Effect):
             # A parameter of the model itself may stand in several of its effects.
             own = effect in self.model.effects and set(names) <= set(self.model.values)
+            own = own and not elsewhere
             model = self.model if own else self.model.with_effects([effect], values)
             return self.force_columns(
                 [
@@ -188,9 +197,14 @@ class Linearisation:
 
     def candidate_columns(self, candidate: Candidate) -> list[Array]:
         """Return the columns (n, k) of a candidate, one array for each place searched."""
-        places = candidate.places or ({},)
+        places, effect = candidate.places or ({},), candidate.effect
         return [
-            self.columns(candidate.effect, {**candidate.values, **place}, candidate.estimate)
+            self.columns(
+                effect,
+                {**candidate.values, **place},
+                candidate.estimate,
+                elsewhere=bool(candidate.places),
+            )
             for place in places
         ]
 

@@ -25,7 +25,7 @@ def rms_table(comparison: Comparison) -> Table:
         rows.append((f"{r['label']} {r['component']}", size, sigmas, *counts))
     return Table(
         "Root mean square of the residuals",
-        ("data", "RMS [SI]", "RMS [stated sigmas]", "used [–]", "edited [–]"),
+        ("data", "RMS", "RMS [stated sigmas]", "used [–]", "edited [–]"),
         tuple(rows),
     )
 
@@ -53,7 +53,7 @@ def whiteness_table(comparison: Comparison) -> Table:
         "Tests of whiteness, size and normality",
         ("series", "test", "statistic [–]", "p [–]", "verdict"),
         tuple(rows),
-        note=f"{left} more in compare.json." if left > 0 else "",
+        note=f"{left} more in comparison.json." if left > 0 else "",
         text_columns=(1, 4),
     )
 
@@ -69,7 +69,12 @@ def map_table(comparison: Comparison) -> Table:
     )
     return Table(
         "On what the residuals depend",
-        ("variable", "drop of chi-square [–]", "freedom [–]", "p, all variables counted [–]"),
+        (
+            "variable",
+            "drop of chi-square [–]",
+            "degrees of freedom [–]",
+            "p, all variables counted [–]",
+        ),
         tuple(rows),
         note=f"The p-value is {how}, times the number of variables.",
     )
@@ -83,7 +88,7 @@ def family_table(comparison: Comparison) -> Table:
             str(r["title"]),
             str(r["kind"]),
             number(float(r["log_bayes"]), 3),
-            f"{100 * float(r['skill']):.0f}",
+            f"{round(100 * float(r['skill']))}",
             number(float(r["noise"]), 3),
         )
         for r in e.table.to_dict("records")

@@ -145,7 +145,9 @@ def diagnosis_sections(d: Diagnosis) -> list[Section]:
             "findings",
             "Findings",
             tables=_filled(
-                tables.estimate_table([(f.title, e) for f in d.findings for e in f.estimates]),
+                tables.estimate_table(
+                    [(f.title, e) for f in d.findings for e in (*f.estimates, *f.place)]
+                ),
                 tables.finding_table(d),
                 tables.class_table(d),
                 tables.alternative_table(d),
@@ -199,7 +201,11 @@ def _waterfall(bars: Sequence[Bar], noise: float | None = None) -> Drawn:
         if any(b.held_out is not None for b in bars)
         else ""
     )
-    floor = "as stated" if noise is None else "as found: nothing lower can be reached"
+    floor = (
+        "as stated"
+        if noise is None
+        else "as found: a fit ends a little below it, for it absorbs some noise"
+    )
     return Drawn(
         "waterfall",
         waterfall(bars, noise or 1.0, "" if noise else "noise as stated"),

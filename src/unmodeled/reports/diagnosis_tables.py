@@ -31,38 +31,37 @@ _MOST_SETS = 12
 
 
 def finding_table(d: Diagnosis) -> Table:
-    """Return one row a finding: how sure it is."""
+    """Return one row a finding: how sure it is; the agreement of arcs if there are several."""
+    arcs = any(f.consistency_p is not None for f in d.findings)
     return Table(
         "How sure each finding is",
         (
             "effect",
-            "name",
             "fall of chi-square [–]",
             "needed [–]",
             "log10 p [–]",
             "ln evidence [–]",
             "confidence [–]",
-            "agreement of arcs, p [–]",
+            *(("agreement of arcs, p [–]",) if arcs else ()),
             "largest change [σ]",
         ),
         tuple(
             (
-                f.title,
-                f.name,
+                f"{f.title} ({f.name})",
                 number(f.drop, 3),
                 number(f.threshold, 3),
                 f"{f.log10_p:.1f}",
                 f"{f.evidence:.1f}",
                 number(f.confidence, 3),
-                "one arc" if f.consistency_p is None else number(f.consistency_p, 2),
+                *((_or_dash(f.consistency_p),) if arcs else ()),
                 number(f.largest_change, 2),
             )
             for f in d.findings
         ),
         note="Fall of chi-square: by how much it rises without the effect, in stated sigmas. "
         "Largest change: of an estimate when one twelfth of the time is left out. "
-        "Evidence: against the other findings alone, with the expected sizes as priors.",
-        text_columns=(1,),
+        "Evidence: against the other findings alone, with the expected sizes as priors. In "
+        "brackets: the name for `unmodeled add`.",
         learners=False,
     )
 
@@ -123,10 +122,10 @@ def alternative_table(d: Diagnosis) -> Table:
     """Return the other sets of effects that explain as much, at most the first twelve."""
     left = len(d.alternatives) - _MOST_SETS
     return Table(
-        "Other sets that explain as much",
+        "Other sets that fit as well",
         ("in place of all findings", "odds against it [–]", "fall of chi-square [–]"),
         tuple(
-            (" with ".join(a.titles), number(a.odds, 2), number(a.drop, 4))
+            (" + ".join(a.titles), number(a.odds, 2), number(a.drop, 4))
             for a in d.alternatives[:_MOST_SETS]
         ),
         note="Sets beyond exchanging a finding by one of its rivals, each member needed. Odds: by "
@@ -151,7 +150,7 @@ def dismissed_table(d: Diagnosis) -> Table:
 def detectable_table(d: Diagnosis) -> Table:
     """Return the least size of each single parameter that these data would have shown."""
     return Table(
-        "What would have been seen",
+        "Smallest detectable sizes",
         (
             "effect",
             "parameter",
@@ -170,7 +169,8 @@ def detectable_table(d: Diagnosis) -> Table:
             for _, row in detectable(d).iterrows()
         ),
         note="With 90 % power at the false-alarm level of the case, each effect alone. Below one: "
-        "it would have been seen at its expected size.",
+        "it would have been seen at its expected size. Many times one: the orbit that is fitted "
+        "absorbs the effect.",
         text_columns=(1,),
         learners=False,
     )
@@ -197,7 +197,7 @@ def step_table(d: Diagnosis) -> Table:
 def further_table(d: Diagnosis) -> Table:
     """Return which further data would decide."""
     return Table(
-        "Which further data would tell them apart",
+        "Further arcs",
         ("found", "rival", "further data", "correlation then [–]", "chance to tell apart [–]"),
         tuple(
             (
@@ -218,7 +218,7 @@ def whiteness_table(tests: pd.DataFrame) -> Table:
     """Return the tests of the final residuals."""
     many = "arc" in tests and len(set(tests["arc"])) > 1
     return Table(
-        "Is what is left noise?",
+        "Tests of the final residuals",
         ("series", "test", "statistic [–]", "p [–]", "verdict"),
         tuple(
             (
@@ -261,6 +261,10 @@ def addition_table(a: Addition) -> Table:
 
 def _sized(value: float, unit: str, digits: int = 2) -> str:
     return number(value, digits) + ("" if unit == "1" else f" {unit}")
+
+
+def _or_dash(value: float | None) -> str:
+    return "–" if value is None else number(value, 2)
 
 
 def _close_to_one(value: float) -> str:

@@ -12,6 +12,7 @@ from unmodeled.reports.diagnosis_words import (
     detectable,
     detectable_sentence,
     estimate_text,
+    grouped_remarks,
     noise_sentence,
     remainder_sentence,
     step_label,
@@ -23,6 +24,7 @@ __all__ = ["addition_lines", "columns", "diagnosis_lines", "text_waterfall"]
 _BAR = 32
 _MOST_DETECTABLE = 10
 _MOST_SETS = 6
+_MOST_RIVALS = 3
 
 
 def diagnosis_lines(d: Diagnosis) -> list[str]:
@@ -32,8 +34,8 @@ def diagnosis_lines(d: Diagnosis) -> list[str]:
         heads = ("effect", "estimate", "fall of chi2", "needed", "cannot be told from")
         rows = []
         for f in d.findings:
-            rivals = ", ".join(r.name for r in f.rivals) or "-"
-            for k, e in enumerate(f.estimates):
+            rivals = _few([r.name for r in f.rivals]) or "-"
+            for k, e in enumerate((*f.estimates, *f.place)):
                 first = k == 0
                 rows.append(
                     (
@@ -45,7 +47,7 @@ def diagnosis_lines(d: Diagnosis) -> list[str]:
                     )
                 )
         lines += [*columns(heads, rows), ""]
-        remarks = [f"{f.name}: {r}" for f in d.findings for r in f.remarks]
+        remarks = [f"{f.name}: {r}" for f in d.findings for r in grouped_remarks(f.remarks)]
         lines += [*remarks, ""] if remarks else []
     lines += _other_sets(d)
     lines += text_waterfall(d)
@@ -59,7 +61,7 @@ def diagnosis_lines(d: Diagnosis) -> list[str]:
             str(row["parameter"]),
             number(float(row["smallest_detectable"]), 2),
             number(float(row["expected"]), 2),
-            str(row["unit"]),
+            "-" if row["unit"] == "1" else str(row["unit"]),
         )
         for _, row in table.iterrows()
     ]
@@ -73,13 +75,19 @@ def _other_sets(d: Diagnosis) -> list[str]:
     if d.alternatives:
         sets = [(" + ".join(a.effects), number(a.odds, 2)) for a in d.alternatives[:_MOST_SETS]]
         left = len(d.alternatives) - len(sets)
-        lines += columns(("as good, in place of all of this", "odds against it"), sets)
+        lines += columns(("fits as well, in place of all of this", "odds against it"), sets)
         lines += [*([f"and {left} more"] if left > 0 else []), ""]
     if d.dismissed:
         doubts = [(x.name, number(x.drop, 3), f"{x.strength:.1f} sigma") for x in d.dismissed]
         heads = ("not believed: what remains is not white", "fall of chi2", "by stretches of time")
         lines += [*columns(heads, doubts), ""]
     return lines
+
+
+def _few(names: Sequence[str]) -> str:
+    """Return the first names, and how many more there are."""
+    left = len(names) - _MOST_RIVALS
+    return ", ".join(names[:_MOST_RIVALS]) + (f" and {left} more" if left > 0 else "")
 
 
 def addition_lines(a: Addition) -> list[str]:
@@ -101,8 +109,7 @@ def addition_lines(a: Addition) -> list[str]:
 
 
 def text_waterfall(d: Diagnosis) -> list[str]:
-    """Return a bar a step; the lengths are logarithmic if the error falls far."""
-    titles = {c.name: c.title for c in d.case.candidates}
+    """Return a bar a step, under the names of effects; lengths are logarithmic if they fall far."""
     values = [s.rms for s in d.steps]
     low = 0.5 * min(*values, d.noise)
     far = max(values) > 6.0 * min(values)
@@ -115,7 +122,7 @@ def text_waterfall(d: Diagnosis) -> list[str]:
     held_out = any(s.held_out_rms is not None for s in d.steps)
     rows = [
         (
-            step_label(s.added, titles).replace("\n", " "),
+            step_label(s.added, {}).replace("\n", " "),
             "█" * length(s.rms),
             number(s.rms, 3),
             *(("-" if s.held_out_rms is None else number(s.held_out_rms, 3),) if held_out else ()),
@@ -123,7 +130,7 @@ def text_waterfall(d: Diagnosis) -> list[str]:
         for s in d.steps
     ]
     rows.append(("noise as found", "░" * length(d.noise), number(d.noise, 3), ""))
-    heads = ("residual RMS, stated sigmas", "", "fitted", "held out")
+    heads = ("residual RMS, in stated sigmas", "", "fitted", "held out")
     return columns(heads if held_out else heads[:3], rows)
 
 

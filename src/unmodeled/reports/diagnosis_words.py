@@ -16,6 +16,7 @@ __all__ = [
     "estimate_text",
     "estimates_text",
     "finding_sentence",
+    "grouped_remarks",
     "noise_sentence",
     "remainder_sentence",
     "residual_sentence",
@@ -74,10 +75,10 @@ def _forecast(d: Diagnosis) -> str:
     if d.forecast is None:
         return ""
     f = d.forecast
-    verdict = "as they are" if f.log10_p > _SURPRISE else "less than they are"
+    verdict = "as seen" if f.log10_p > _SURPRISE else "less than is seen, so the model is not right"
     return (
-        f" The covariance of the estimates foretells {number(f.before, 3)} and "
-        f"{number(f.after, 3)} σ there: {verdict}."
+        f" From the noise and the covariance of the estimates {number(f.before, 3)} and "
+        f"{number(f.after, 3)} σ are to be expected there: {verdict}."
     )
 
 
@@ -86,7 +87,7 @@ def noise_sentence(d: Diagnosis) -> str:
     shown = number(d.noise, 3)
     low, high = _AS_STATED
     if low <= d.noise <= high:
-        return f"What is left is {shown} times the stated noise: stated rightly."
+        return f"What is left is {shown} times the stated noise: the noise was stated rightly."
     if d.noise > high and d.remainder is not None:
         return f"What is left is {shown} times the stated noise: a force is in it."
     word = "larger" if d.noise > high else "smaller"
@@ -112,21 +113,45 @@ def remainder_sentence(d: Diagnosis) -> str:
 
 def finding_sentence(finding: Finding) -> str:
     """Say what was found, how sure it is and what it could be instead; starts with the title."""
+    numbers = estimates_text((*finding.estimates, *finding.place))
     text = (
-        f"{finding.title}: {estimates_text(finding.estimates)}. Without it chi-square is "
+        f"{finding.title}: {numbers}. Without it chi-square is "
         f"{number(finding.drop, 3)} higher; {number(finding.threshold, 3)} was needed."
     )
     if finding.rivals:
-        others = ", ".join(r.title for r in finding.rivals)
         text += (
-            f" These data cannot tell it from: {others}; that the label is right has a "
-            f"probability of {number(finding.confidence, 2)} at most."
+            f" These data cannot tell it from: {finding.rivals_text}. That the label is right has "
+            f"a probability of {number(finding.confidence, 2)} at most."
         )
-    return " ".join([text, *(f"{r[0].upper()}{r[1:]}." for r in finding.remarks)])
+    return " ".join([text, *(f"{_capital(r)}." for r in grouped_remarks(finding.remarks))])
+
+
+def grouped_remarks(remarks: Sequence[str]) -> list[str]:
+    """Say once what was said of several parameters: the first in full, the others by name.
+
+    Examples
+    --------
+    >>> grouped_remarks(["dv_R is 3, 1 was expected: odd", "dv_T is 4, 1 was expected: odd"])
+    ['dv_R is 3, 1 was expected: odd; dv_T likewise']
+    """
+    ends: dict[str, list[str]] = {}
+    for remark in remarks:
+        ends.setdefault(remark.rpartition(": ")[2], []).append(remark)
+    texts = []
+    for same in ends.values():
+        others = ", ".join(r.split(" ", 1)[0] for r in same[1:])
+        texts.append(f"{same[0]}; {others} likewise" if others else same[0])
+    return texts
+
+
+def _capital(text: str) -> str:
+    """Begin with a capital letter, unless the first word is the name of a parameter."""
+    first = text.split(" ", 1)[0]
+    return text if "_" in first else f"{text[0].upper()}{text[1:]}"
 
 
 def step_label(added: str, titles: Mapping[str, str]) -> str:
-    r"""Return the words under a bar of the waterfall: one effect a line.
+    r"""Return the words under a bar of the waterfall: one effect a line, a name without a title.
 
     Examples
     --------

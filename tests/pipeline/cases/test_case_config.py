@@ -62,7 +62,7 @@ FIRST = ("measurements", 0)
         (("arcs",), {"length": "0 d"}, "arcs.length is 0 d. Allowed: a time > 0"),
         (("arcs",), [{"start": "9 d", "end": "10 d"}], "arc 1 from 777600 s to 864000 s has no"),
         (("arcs",), [{"start": "1 d", "end": "0 d"}], "arc 1 ends at 0 s and starts at 86400 s"),
-        (("arcs",), [{"start": "0 d", "end": "1 d", "rol": "fit"}], 'unknown key "arcs.each.0.rol'),
+        (("arcs",), [{"start": "0 d", "end": "1 d", "rol": "fit"}], 'unknown key "arcs.0.rol'),
         (("initial_state",), {"position": "1, 2 m", "velocity": "0, 0, 0 m/s"}, "three values"),
     ],
 )

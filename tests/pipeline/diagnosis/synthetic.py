@@ -31,6 +31,10 @@ class Lin:
 class Named(ConstantInertial):
     label: str = ""
 
+    @property
+    def terms(self):
+        return frozenset({self.label})
+
 
 def candidate(name, size=1, prior=1.0):
     names = tuple(f"inertial_a_{k}" for k in "xyz"[:size])

@@ -1,6 +1,7 @@
 """Hidden effects, end to end: found, added, the error falls; and what is not there is not found."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -49,6 +50,22 @@ def test_two_effects_at_once_with_noise_twice_as_stated():
     assert {"srp", "tesseral_2_2"} <= {n for f in answer.findings for n in f.class_names}
     assert len(answer.findings) == 2
     assert answer.noise == pytest.approx(2.0, abs=0.12)
+
+
+def test_where_and_how_large_are_uncertain_together():
+    """A decay time that the data hardly know: the amplitude is no surer than it allows."""
+    made = simulate("bennu", 1283, [HiddenEffect("thermal_recoil", noncentrality=60.0)])
+    few = [c for c in made.case.candidates if c.name in ("thermal_recoil", "zonal_3", "zonal_5")]
+    answer = diagnose(replace(made.case, candidates=tuple(few)))
+    (finding,) = answer.findings
+    (push,) = finding.estimates
+    (decay,) = finding.place
+    assert (decay.name, decay.unit) == ("recoil_tau", "s")
+    truth = made.truth["thermal_recoil"]
+    assert push.sigma > 1.2 * answer.final_fit.sigmas["recoil_a_sun"] * answer.noise
+    assert abs(push.value - truth["recoil_a_sun"]) < 3 * push.sigma
+    assert abs(decay.value - truth["recoil_tau"]) < 3 * max(decay.sigma, decay.expected)
+    assert answer.as_json()["found"][0]["place"][0]["name"] == "recoil_tau"
 
 
 def test_a_force_that_the_catalogue_lacks_is_not_given_a_name():

@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 import scipy.stats
 from numpy.testing import assert_allclose
-from tests.pipeline.diagnosis.synthetic import N, pool_of
+from tests.pipeline.diagnosis.synthetic import Lin, N, pool_of
 
-from unmodeled.pipeline.diagnosis.pool import log_p
+from unmodeled.models.physics import ConstantInertial, ScaledField, Tesseral
+from unmodeled.pipeline.cases.candidate import Candidate
+from unmodeled.pipeline.diagnosis.alternatives import other_sets
+from unmodeled.pipeline.diagnosis.pool import Pool, log_p
 from unmodeled.pipeline.diagnosis.search import best_set
 from unmodeled.pipeline.diagnosis.threshold import (
     chi_square_threshold,
@@ -128,3 +131,27 @@ def test_what_passes_the_threshold_is_reported_even_if_the_prior_is_wide():
     pool = pool_of(table, r, prior=1e9)
     assert pool.score((0,)).evidence < 0
     assert best_set(pool, (), np.log(0.01 / 3), 2).members == (0,)
+
+
+def test_a_harmonic_and_a_field_that_contains_it_are_never_in_one_set():
+    table = directions(0, "field", "c41", "push")
+    field, single = ScaledField(degree=8, order=8, part="tesserals", min_degree=2), Tesseral(4, 1)
+    effects = {"field": field, "c41": single, "push": ConstantInertial()}
+
+    class Labelled(Lin):
+        def columns(self, effect, values, names):
+            return self.table[next(n for n, e in effects.items() if e == effect)]
+
+    r = 9.0 * sum(c[:, 0] for c in table.values()) + np.random.default_rng(1).standard_normal(N)
+    found = [
+        Candidate(n, n, e, (e.parameters[0].name,), {e.parameters[0].name: 0.0}, (1.0,), "test")
+        for n, e in effects.items()
+    ]
+    pool = Pool(Labelled(table, r), found)
+    assert pool.excluded((0,)) == {"field", "c41"}
+    assert pool.excluded((2,)) == {"push"}
+    best = best_set(pool, (), float(np.log(1e-4)), 3)
+    assert len(best.members) == 2
+    assert "push" in pool.names(best)
+    for s in other_sets(pool, best, float(np.log(1e-4))):
+        assert not pool.names(s) >= {"field", "c41"}

@@ -1,6 +1,6 @@
 """Learners: one contract, one file each."""
 
-from unmodeled.models.learned.batch import fit_batch
+from unmodeled.models.learned.batch import fit_batch, stack_members
 from unmodeled.models.learned.exact_gp import ExactGP
 from unmodeled.models.learned.harmonic_gp import HarmonicGP
 from unmodeled.models.learned.harmonic_least_squares import (
@@ -42,4 +42,5 @@ __all__ = [
     "learner_names",
     "load_learner",
     "read_context",
+    "stack_members",
 ]

@@ -17,7 +17,7 @@ from unmodeled.models.learned.learner import Learner, NoiseLevel, Progress
 from unmodeled.models.learned.residual import Residual
 from unmodeled.models.learned.spectral_mlp import SpectralMLP
 
-__all__ = ["fit_batch"]
+__all__ = ["fit_batch", "stack_members"]
 
 #: Most memory that the networks of one stack take, bytes; on a processor a small stack, whose
 #: numbers stay near the core, is also the fastest.
@@ -119,6 +119,25 @@ def fit_batch(
     return results
 
 
+def stack_members(learner: Learner, samples: int, device: str = "cpu") -> int:
+    """Return how many data sets of one size `fit_batch` trains side by side at most.
+
+    More of them in one call take no less time, and their fitted models more memory.
+
+    Parameters
+    ----------
+    learner : Learner
+        What is trained.
+    samples : int
+        Of each data set.
+    device : str
+        As in `fit_batch`.
+    """
+    while isinstance(learner, Residual):
+        learner = learner.learner
+    return _members(learner, samples, _device(device).type)
+
+
 class _Core:
     """What is trained for one member: the learner itself, or the one inside a `Residual`."""
 
@@ -130,6 +149,7 @@ class _Core:
             self.y = self.learner._rest(self.X, self.y)
             self.noise = self.learner._rest_noise(self.X, self.noise)
             self.learner = self.learner._prepared()
+            self.X, self.y = self.learner._checked_samples(self.X, self.y, noise)
         own = {k: v for k, v in self.learner.get_params().items() if k not in _OWN}
         self.key = (f"{type(self.learner).__name__} {own!r}", len(X))
 
@@ -176,16 +196,19 @@ def _device(name: str) -> torch.device:
 
 def _stacks(group: list[int], core: _Core, device: torch.device, threads: int) -> list[list[int]]:
     """Cut the members of a group into stacks."""
-    if isinstance(core.learner, SpectralMLP):
-        samples, width, layers = len(core.X), core.learner.width, core.learner.layers
-        numbers = 2 * samples * width * layers + 8 * width * width * layers
-        size = max(1, int(_STACK_BYTES[device.type] / (8 * numbers)))
-    elif isinstance(core.learner, ExactGP) and device.type == "cuda":
-        size = max(1, int(_STACK_BYTES["cuda"] / (8 * len(core.X) ** 2)))
-    else:
-        size = 1  # on a processor a stack of processes is no faster, and takes more memory
+    size = _members(core.learner, len(core.X), device.type)
     size = min(size, max(1, math.ceil(len(group) / threads)))
     return [group[k : k + size] for k in range(0, len(group), size)]
+
+
+def _members(learner: Learner, samples: int, device: str) -> int:
+    if isinstance(learner, SpectralMLP):
+        width, layers = learner.width, learner.layers
+        numbers = 2 * samples * width * layers + 8 * width * width * layers
+        return max(1, int(_STACK_BYTES[device] / (8 * numbers)))
+    if isinstance(learner, ExactGP) and device == "cuda":
+        return max(1, int(_STACK_BYTES["cuda"] / (8 * samples**2)))
+    return 1  # on a processor a stack of processes is no faster, and takes more memory
 
 
 def _fit_stack(

@@ -210,22 +210,23 @@ class ExactGP(Learner):
     def _factorise(self) -> Array:
         """Return the lower Cholesky factors (3, n, n), with jitter where it must be."""
         square = squared_distances(self._x, self._x)
-        factors, jitters, conditions = [], [], []
-        for (length, signal, noise), own in zip(self._theta[:3].T, self._own.T, strict=True):
+        factors = np.empty((3, len(square), len(square)))
+        jitters, conditions = [], []
+        for i, ((length, signal, noise), own) in enumerate(
+            zip(self._theta[:3].T, self._own.T, strict=True)
+        ):
             kernel = signal * np.exp(-0.5 / length**2 * square)
             kernel[np.diag_indices_from(kernel)] += noise + own
             norm = float(np.abs(kernel).sum(axis=0).max())
-            factor, jitter = _cholesky(kernel)
-            factors.append(factor)
+            factors[i], jitter = _cholesky(kernel)
             jitters.append(jitter)
             # LAPACK's estimate in the 1-norm: n^2 operations, where singular values take n^3
-            conditions.append(1.0 / max(float(dpocon(factor, norm, uplo="L")[0]), 1e-300))
+            conditions.append(1.0 / max(float(dpocon(factors[i], norm, uplo="L")[0]), 1e-300))
         self.jitter_ = max(jitters)
         self._condition_number = max(conditions)
-        stacked = np.stack(factors)
         # Large ones would fill the memory of a sweep; they follow from the rest.
-        self._kept_factors = stacked if len(self._x) <= _KEEP else None
-        return stacked
+        self._kept_factors = factors if len(self._x) <= _KEEP else None
+        return factors
 
     def _kernel(self, x: Array) -> Array:
         """Covariances (m, 3, n) of scaled positions ``x`` (m, 3) with the samples."""
@@ -254,10 +255,14 @@ class ExactGP(Learner):
         return self._scaling.slope * np.concatenate(blocks)
 
     def _predict_covariance(self, X: Array) -> Array:
-        x = self._scaling.positions(X)
+        factors = self._factorise() if self._kept_factors is None else self._kept_factors
+        return np.concatenate(
+            [self._covariance(x, factors) for x in _chunks(self._scaling.positions(X))]
+        )
+
+    def _covariance(self, x: Array, factors: Array) -> Array:
         covariance = np.zeros((len(x), 3, 3))
         kernel = self._kernel(x)
-        factors = self._factorise() if self._kept_factors is None else self._kept_factors
         for i in range(3):
             half = solve_triangular(factors[i], kernel[:, i].T, lower=True)
             # Right at a sample the difference is lost in the rounding of the signal variance.

@@ -16,6 +16,9 @@ import heyoka as hy
 from unmodeled.core.errors import InputError
 from unmodeled.models.physics.system import STATE_NAMES, System
 
+# heyoka logs to stdout, where the answers go; every outcome of an integration is checked here.
+hy.set_logger_level_critical()
+
 __all__ = [
     "STOPS",
     "acceleration_function",

@@ -39,6 +39,11 @@ class ContinuousOrbit:
     after: Any
     stops: tuple[float, ...] = ()
 
+    @property
+    def steps(self) -> int:
+        """Steps that the integrator took."""
+        return sum(int(part.n_steps) for part in (self.before, self.after) if part is not None)
+
     def states(self, times: Array) -> Array:
         """Return states (n, 6), inertial.
 

@@ -23,9 +23,9 @@ from unmodeled.models.physics.variational_orbit import VariationalOrbit
 
 __all__ = ["Dynamics"]
 
-#: Steps after which an orbit is given up: about 10,000 revolutions. One that falls towards a centre
+#: Steps after which an orbit is given up: about 2,500 revolutions. One that falls towards a centre
 #: takes ever smaller steps, and each is kept (1 kB) where states are asked for later.
-_MOST_STEPS = 400_000
+_MOST_STEPS = 100_000
 
 
 class Dynamics:
@@ -230,7 +230,9 @@ class Dynamics:
         ta = compiled.integrator(self.system)
         return self._run(ta, as_array(state, (6,), "state"), self._grid(times))
 
-    def fly(self, state: Any, epoch: float, start: float, end: float) -> ContinuousOrbit:
+    def fly(
+        self, state: Any, epoch: float, start: float, end: float, most_steps: int | None = None
+    ) -> ContinuousOrbit:
         """Propagate one orbit once, to be asked for its states at any time of an interval.
 
         Parameters
@@ -241,6 +243,8 @@ class Dynamics:
             Time since the epoch of the model, s; in the interval.
         start, end : float
             Interval, s.
+        most_steps : int, optional
+            Steps after which the orbit is given up; 100,000 if not given.
 
         Raises
         ------
@@ -257,7 +261,8 @@ class Dynamics:
         ta = compiled.integrator(self.system)
         compiled.STOPS.clear()
         before, after = (
-            self._follow(ta, state, epoch, to) if to != epoch else None for to in (start, end)
+            self._follow(ta, state, epoch, to, most_steps or _MOST_STEPS) if to != epoch else None
+            for to in (start, end)
         )
         stops = tuple(sorted(compiled.STOPS))
         return ContinuousOrbit(epoch, state, start, end, before, after, stops)
@@ -368,16 +373,16 @@ class Dynamics:
     def _run(self, ta: Any, state: Array, grid: Array) -> Array:
         compiled.STOPS.clear()
         self._set(ta, state, float(grid[0]))
-        outcome, *_, states = ta.propagate_grid(grid, max_steps=_MOST_STEPS)
+        outcome, *_, states = ta.propagate_grid(grid, max_steps=4 * _MOST_STEPS)
         if len(states) < len(grid) or not np.all(np.isfinite(states)):
-            raise _breakdown(ta, outcome)
+            raise _breakdown(ta, outcome, 4 * _MOST_STEPS)
         return np.array(states)
 
-    def _follow(self, ta: Any, state: Array, epoch: float, to: float) -> Any:
+    def _follow(self, ta: Any, state: Array, epoch: float, to: float, most: int) -> Any:
         self._set(ta, state, epoch)
-        outcome, *_, orbit, _ = ta.propagate_until(to, c_output=True, max_steps=_MOST_STEPS)
+        outcome, *_, orbit, _ = ta.propagate_until(to, c_output=True, max_steps=most)
         if outcome != taylor_outcome.time_limit or not np.all(np.isfinite(ta.state)):
-            raise _breakdown(ta, outcome)
+            raise _breakdown(ta, outcome, most)
         return orbit
 
     def _set(self, ta: Any, state: Array, time: float) -> None:
@@ -388,10 +393,10 @@ class Dynamics:
             ta.reset_cooldowns()
 
 
-def _breakdown(ta: Any, outcome: Any) -> OrbitError:
+def _breakdown(ta: Any, outcome: Any, most: int = _MOST_STEPS) -> OrbitError:
     if outcome == taylor_outcome.step_limit:
         return OrbitError(
-            f"the orbit is not followed beyond t = {float(ta.time):.6g} after {_MOST_STEPS} steps",
+            f"the orbit is not followed beyond t = {float(ta.time):.6g} after {most} steps",
             do="check that it does not circle a body at almost no distance; else cut it into arcs",
         )
     return OrbitError(

@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
+import datetime
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
 
 from unmodeled.core.errors import ConfigError
 from unmodeled.pipeline.cases.quantities import parse_quantity
@@ -214,6 +222,17 @@ class CaseConfig(Section):
     false_alarm: Annotated[float, Field(gt=0, lt=0.5)] = 0.01
     seed: Annotated[int, Field(ge=0, lt=2**63, strict=True)] = 1
 
+    @field_validator("epoch", mode="before")
+    @classmethod
+    def _has_scale(cls, given: Any) -> Any:
+        if isinstance(given, datetime.date):  # what YAML makes of a date without a scale
+            raise ConfigError(
+                f'epoch "{given.isoformat()}" has no time scale',
+                allowed="a date with UTC, TAI, TT, TDB or GPS behind it",
+                do='write it like "2016-03-13T00:00:00 UTC"',
+            )
+        return given
+
     @model_validator(mode="before")
     @classmethod
     def _list_of_arcs(cls, given: Any) -> Any:
@@ -247,7 +266,10 @@ class CaseConfig(Section):
         try:
             return cls.model_validate(content)
         except ValidationError as exc:
-            raise translate(exc, cls, source) from exc
+            said = translate(exc, cls, source)
+            # a list of arcs is held under a key that no file has
+            found = said.found.replace("arcs.each.", "arcs.")
+            raise ConfigError(found, allowed=said.allowed, do=said.do) from exc
         except ConfigError as exc:
             raise ConfigError(f"{source}: {exc.found}", allowed=exc.allowed, do=exc.do) from exc
 

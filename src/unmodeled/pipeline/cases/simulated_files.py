@@ -14,6 +14,7 @@ from unmodeled.pipeline.cases.load_case import Ground
 from unmodeled.pipeline.cases.quantities import write_quantity
 from unmodeled.pipeline.cases.simulate_case import HiddenEffect, Simulated, simulate
 from unmodeled.pipeline.cases.write_case import write_case
+from unmodeled.pipeline.run_folder import new_files
 
 __all__ = ["CASE_FILE", "TRUTH_FILE", "simulate_case"]
 
@@ -30,7 +31,7 @@ def simulate_case(
     noise_factor: float = 1.0,
     held_out: bool = False,
 ) -> Path:
-    """Simulate a case and write it: ``case.yaml``, its measurements, and ``truth.yaml``.
+    """Simulate a case and write it whole: ``case.yaml``, its measurements, and ``truth.yaml``.
 
     Positions are written along ICRF axes. ``truth.yaml`` says what is hidden; nothing but a person
     or a benchmark reads it.
@@ -40,7 +41,7 @@ def simulate_case(
     scenario, hidden, seed, noise_factor, held_out
         As in `simulate`.
     folder : path
-        Made if it is missing; must not hold a case.
+        Made if it is missing; must not hold a case, or files of the names to be written.
 
     Returns
     -------
@@ -50,7 +51,9 @@ def simulate_case(
     Raises
     ------
     ConfigError
-        As in `simulate`, or if the folder holds a case or cannot be written.
+        As in `simulate`, or if the folder holds a case.
+    InputError
+        If the folder cannot be written, or the disk is full.
     NumericalError
         As in `simulate`.
     """
@@ -58,18 +61,16 @@ def simulate_case(
     if (folder / CASE_FILE).exists():
         raise ConfigError(f"{folder} holds a case already", do="name another folder")
     simulated = simulate(scenario, seed, hidden, noise_factor=noise_factor, held_out=held_out)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as exc:
-        raise ConfigError(f"{folder} cannot be made ({exc})", do="check the path") from exc
     case = simulated.case
     config = CaseConfig.resolve(dict(case.source))
     turn = Ground.of(config, folder).around.frame_from_icrf
-    for entry, m in zip(config.measurements, simulated.data, strict=True):
-        in_icrf = replace(m, values=m.values @ turn) if m.kind == "position" else m
-        write_measurements([in_icrf], folder / entry.file)
-    write_case(_truth(scenario, simulated, seed, noise_factor), folder / TRUTH_FILE)
-    return write_case(case.source, folder / CASE_FILE)
+    with new_files(folder) as staging:
+        for entry, m in zip(config.measurements, simulated.data, strict=True):
+            in_icrf = replace(m, values=m.values @ turn) if m.kind == "position" else m
+            write_measurements([in_icrf], staging / entry.file)
+        write_case(_truth(scenario, simulated, seed, noise_factor), staging / TRUTH_FILE)
+        write_case(case.source, staging / CASE_FILE)
+    return folder / CASE_FILE
 
 
 def _truth(scenario: str, simulated: Simulated, seed: int, noise_factor: float) -> dict[str, Any]:

@@ -60,6 +60,7 @@ def unknown_bodies(s: Setting) -> list[Candidate]:
             {**places[0], "perturber1_t0": 0.5 * (start + end)},
             places=places,
             searched=("perturber1_a", "perturber1_longitude"),
+            positive=("perturber1_GM",),
         )
     ]
 

@@ -14,7 +14,7 @@ from unmodeled.pipeline.cases.candidate import Candidate
 from unmodeled.pipeline.cases.case import Case
 from unmodeled.pipeline.cases.catalogue import default_candidates
 from unmodeled.pipeline.diagnosis.held_out import held_out_rms
-from unmodeled.pipeline.diagnosis.next_case import next_case
+from unmodeled.pipeline.diagnosis.next_case import next_case, plain_name, renamed
 from unmodeled.pipeline.diagnosis.pool import Pool
 from unmodeled.pipeline.diagnosis.result import Estimate
 from unmodeled.pipeline.diagnosis.start import estimates_of, with_set
@@ -71,7 +71,8 @@ class Addition:
     @property
     def source(self) -> dict[str, Any]:
         """Content of the next case file."""
-        return next_case(self.final_case, (self.candidate,))
+        content = next_case(self.final_case, (self.candidate,))
+        return renamed(content, f"with-{plain_name(self.candidate.name)}")
 
     def rms(self) -> pd.DataFrame:
         """Residual RMS before and after, a row a data set and unit.

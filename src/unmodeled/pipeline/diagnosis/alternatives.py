@@ -110,7 +110,7 @@ def as_good(s: SetScore, chosen: SetScore) -> bool:
 def _ways(pool: Pool, members: Sequence[int], banned: frozenset[str]) -> list[int]:
     """Return the members that explain most beside a set, one a candidate."""
     drops, p = pool.gains(members)
-    names = {pool.members[m].candidate.name for m in members} | banned
+    names = set(pool.excluded(members) | banned)
     found = []
     for k in np.argsort(p, kind="stable"):
         name = pool.members[k].candidate.name

@@ -10,10 +10,11 @@ from unmodeled.datasets.slips import explain_rotation, explain_time_offset
 from unmodeled.pipeline.cases.candidate import Candidate
 from unmodeled.pipeline.cases.case import Case
 from unmodeled.pipeline.diagnosis.alternatives import ODDS, as_good
+from unmodeled.pipeline.diagnosis.place_spread import place_spread
 from unmodeled.pipeline.diagnosis.pool import Pool, SetScore
 from unmodeled.pipeline.diagnosis.result import Estimate, Finding, Rival
 from unmodeled.pipeline.diagnosis.search import drop_p
-from unmodeled.pipeline.diagnosis.start import estimates_of
+from unmodeled.pipeline.diagnosis.start import estimates_of, place_of
 from unmodeled.pipeline.diagnosis.stretches import strength_by_stretches, stretches
 from unmodeled.pipeline.diagnosis.threshold import chi_square_threshold, needed_noncentrality
 from unmodeled.pipeline.orbit_fit import OrbitFit
@@ -39,7 +40,8 @@ def describe_finding(
     candidate = m.candidate
     drop, p = drop_p(pool, chosen.members, member)
     rest = [k for k in chosen.members if k != member]
-    estimates = estimates_of(candidate, fit, chosen.noise)
+    spread = place_spread(pool, chosen, member, candidate, fit.values)
+    estimates = estimates_of(candidate, fit, chosen.noise, spread)
     rivals = _rivals(pool, chosen, member, drop)
     weights = np.exp(-np.log([r.odds for r in rivals]))
     confidence = float(1.0 / (1.0 + weights.sum()))
@@ -50,6 +52,7 @@ def describe_finding(
         title=candidate.title,
         family=candidate.family,
         estimates=estimates,
+        place=place_of(candidate, fit, chosen.noise, spread),
         drop=drop,
         threshold=chi_square_threshold(limit, m.size) * chosen.noise**2,
         log10_p=p / np.log(10.0),
@@ -110,7 +113,7 @@ def describe_candidates(pool: Pool, limit: float) -> pd.DataFrame:
 
 def _rivals(pool: Pool, chosen: SetScore, member: int, drop: float) -> tuple[Rival, ...]:
     rest = [k for k in chosen.members if k != member]
-    taken = {pool.members[k].candidate.name for k in chosen.members}
+    taken = pool.names(chosen) | pool.excluded(rest)
     noncentrality = max(drop / chosen.noise**2 - pool.members[member].size, 0.0)
     shares = pool.shares(member, chosen.members)
     found: dict[str, Rival] = {}

@@ -178,6 +178,7 @@ class _Loop:
             if not self._reduce(self.pool.score(rest)):
                 return remainder, white, coloured
             self.dismissed.append(dismissal)
+            self._exchange()
 
     def other_sets(self) -> tuple[SetScore, ...]:
         """Return other sets that explain as much as the chosen one."""
@@ -187,7 +188,7 @@ class _Loop:
         """Return the set that the model should have; None if it has it, or had it before."""
         room = self.most - len(self.chosen.members)
         growth = min(room, 1 if self.pool.score(()).noise > ROUGH else 2)
-        best = best_set(self.pool, self.chosen.members, self.limit, growth, self._banned)
+        best = best_set(self.pool, self.chosen.members, self.limit, growth, self._banned, self.most)
         names = self.pool.names(best)
         if names != self.model.names and names not in self._tried:
             return best
@@ -197,6 +198,19 @@ class _Loop:
             return None
         names = self.pool.names(others[0])
         return None if names in self._tried or len(names) > self.most else others[0]
+
+    def _exchange(self) -> None:
+        """Look again which effects of this number explain most, without what was dismissed.
+
+        What was taken out may have been why another effect was preferred.
+        """
+        banned = self._banned | {d.name for d in self.dismissed}
+        best = best_set(self.pool, self.chosen.members, self.limit, 0, banned)
+        if self.pool.names(best) == self.model.names:
+            return
+        fresh = fitted(self.given, self.pool, best)
+        if fresh is not None and fresh.fit.cost < self.model.fit.cost + _GAIN * best.noise**2:
+            self._change(fresh)
 
     def _reduce(self, kept: SetScore) -> bool:
         fresh = fitted(self.given, self.pool, kept)

@@ -85,7 +85,7 @@ def best_refit(case: Case, model: GrownModel, pool: Pool, chosen: SetScore) -> G
         rest = [m for m in chosen.members if m != new[0]]
         drops, _ = pool.gains(rest)
         best = drops[new[0]]
-        seen = set(pool.names(chosen))
+        seen = set(pool.names(chosen) | pool.excluded(rest))
         for k in np.argsort(-drops):
             name = pool.members[k].candidate.name
             if name in seen or drops[k] < _NEAR * best or len(options) > _RIVALS:

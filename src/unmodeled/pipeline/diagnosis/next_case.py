@@ -11,7 +11,7 @@ from unmodeled.pipeline.cases.candidate import Candidate
 from unmodeled.pipeline.cases.case import Case
 from unmodeled.pipeline.cases.write_case import add_to_source
 
-__all__ = ["moved", "next_case"]
+__all__ = ["moved", "next_case", "plain_name", "renamed"]
 
 
 def next_case(fitted: Case, added: Sequence[Candidate]) -> dict[str, Any]:
@@ -37,6 +37,22 @@ def next_case(fitted: Case, added: Sequence[Candidate]) -> dict[str, Any]:
         content = add_to_source(content, candidate, values, free)
         content = _without_candidate(content, candidate.name)
     return content
+
+
+def renamed(content: Mapping[str, Any], end: str) -> dict[str, Any]:
+    """Return a case file under a longer name: its run folder is not that of the case before."""
+    return {**content, "name": f"{content['name']}-{end}"}
+
+
+def plain_name(effect: str) -> str:
+    """Return a name of an effect as part of the name of a file or case.
+
+    Examples
+    --------
+    >>> plain_name("time_tag[goldstone]")
+    'time_tag-goldstone'
+    """
+    return "".join(c if c.isalnum() or c == "_" else "-" for c in effect).strip("-")
 
 
 def moved(content: Mapping[str, Any], old: Path, new: Path) -> dict[str, Any]:

@@ -9,6 +9,7 @@ import numpy as np
 import scipy.special
 
 from unmodeled.core.arrays import Array
+from unmodeled.models.physics import Effect
 from unmodeled.pipeline.cases.candidate import Candidate
 from unmodeled.pipeline.linearisation import Linearisation
 
@@ -127,6 +128,7 @@ class Pool:
                     null = np.array([candidate.values[n] for n in candidate.estimate])
                     now = np.array([values[n] for n in candidate.estimate])
                     residual += columns @ (now - null)
+        self._clashes = {c.name: _clashing(c, candidates) for c in candidates}
         raw = np.concatenate(blocks, axis=1) if blocks else np.zeros((len(residual), 0))
         self._raw, self._raw_residual = raw, residual
         self.columns = lin.project(raw)
@@ -193,6 +195,13 @@ class Pool:
     def names(self, s: SetScore) -> frozenset[str]:
         """Return the names of the candidates of a set."""
         return frozenset(self.members[m].candidate.name for m in s.members)
+
+    def excluded(self, chosen: Sequence[int]) -> frozenset[str]:
+        """Return the candidates that cannot join a set: its own, and those with a term of its own.
+
+        A single harmonic cannot stand beside a published field that contains it.
+        """
+        return frozenset().union(*(self._clashes[self.members[m].candidate.name] for m in chosen))
 
     def left(self, s: SetScore) -> Array:
         """Return what a set leaves of the projected residuals, (n,)."""
@@ -329,6 +338,17 @@ def _columns(
         (v, lin.columns(candidate.effect, a, candidate.estimate))
         for v, a in zip(values, at, strict=True)
     ]
+
+
+def _clashing(candidate: Candidate, candidates: Sequence[Candidate]) -> frozenset[str]:
+    """Names of the candidates that no force model can have beside one, itself included."""
+    own = candidate.effect
+    found = {candidate.name}
+    for other in candidates:
+        theirs = other.effect
+        if isinstance(own, Effect) and isinstance(theirs, Effect) and own != theirs:
+            found |= {other.name} if own.terms & theirs.terms else set()
+    return frozenset(found)
 
 
 def _inverse(G: Array) -> Array:

@@ -25,8 +25,9 @@ __all__ = [
 
 #: Pulls below this agree with an accepted value.
 _AGREES = 4.0
-#: Alternatives that a sentence names.
+#: Rivals of a finding, and effects of other sets, that a sentence names; the rest is counted.
 _NAMED = 3
+_NAMED_IN_SETS = 4
 
 Verdict = Literal["found", "ambiguous", "outside the catalogue", "nothing missing"]
 
@@ -94,6 +95,8 @@ class Finding:
         Largest change of an estimate when one twelfth of the time is left out, in its own sigmas.
     remarks : tuple of str
         What speaks against the label, and what the estimate is known as.
+    place : tuple of Estimate
+        Where or when it acts, for an effect that was searched over places or times.
     """
 
     name: str
@@ -109,6 +112,7 @@ class Finding:
     consistency_p: float | None
     largest_change: float
     remarks: tuple[str, ...] = ()
+    place: tuple[Estimate, ...] = ()
 
     @property
     def is_as_accepted(self) -> bool:
@@ -120,6 +124,13 @@ class Finding:
     def class_names(self) -> tuple[str, ...]:
         """The finding and its rivals."""
         return (self.name, *(r.name for r in self.rivals))
+
+    @property
+    def rivals_text(self) -> str:
+        """Titles of the first rivals, and how many more there are."""
+        named = "; ".join(r.title for r in self.rivals[:_NAMED])
+        left = len(self.rivals) - _NAMED
+        return f"{named}; and {left} more" if left > 0 else named
 
 
 @dataclass(frozen=True)
@@ -266,18 +277,27 @@ class Diagnosis:
             )
         parts = []
         for f in self.findings:
-            if f.rivals:
-                others = ", ".join(r.title for r in f.rivals)
-                parts.append(f"{f.title} (these data cannot tell it from: {others})")
-            else:
-                parts.append(f.title)
-        text = "Missing: " + "; ".join(parts) + "."
-        if self.alternatives:
-            named = "; or ".join(" with ".join(a.titles) for a in self.alternatives[:_NAMED])
-            more = len(self.alternatives) - _NAMED
-            tail = f"; or one of {more} more" if more > 0 else ""
-            text += f" As good, in place of all of this: {named}{tail}."
-        return text + left + rest
+            others = f" (these data cannot tell it from: {f.rivals_text})" if f.rivals else ""
+            parts.append(f.title + others)
+        return "Missing: " + "; ".join(parts) + "." + self._other_sets() + left + rest
+
+    def _other_sets(self) -> str:
+        """Name other sets that fit as well while they are short; count the rest."""
+        count = len(self.alternatives)
+        if not count:
+            return ""
+        if len(self.alternatives[0].titles) > _NAMED_IN_SETS:
+            sets = "one other set" if count == 1 else f"{count} other sets"
+            return f" In place of all of this {sets} of effects would fit as well."
+        named: list[str] = []
+        effects = 0
+        for a in self.alternatives:
+            effects += len(a.titles)
+            if effects > _NAMED_IN_SETS:
+                break
+            named.append(" + ".join(a.titles))
+        more = f"; or one of {count - len(named)} more sets" if count > len(named) else ""
+        return f" In place of all of this would fit as well: {'; or '.join(named)}{more}."
 
     def as_json(self) -> dict[str, Any]:
         """Return the answer as plain data; the schema is in docs/diagnose.md."""
@@ -333,6 +353,7 @@ def _finding(f: Finding) -> dict[str, Any]:
         "family": f.family,
         "class": list(f.class_names),
         "parameters": [vars(e) for e in f.estimates],
+        "place": [vars(e) for e in f.place],
         "delta_chi_square": f.drop,
         "threshold": f.threshold,
         "log10_p": f.log10_p,

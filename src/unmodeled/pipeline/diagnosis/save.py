@@ -14,7 +14,7 @@ from unmodeled.pipeline.cases.candidate import Candidate
 from unmodeled.pipeline.cases.case import Case
 from unmodeled.pipeline.cases.write_case import write_case
 from unmodeled.pipeline.diagnosis.add_effect import Addition
-from unmodeled.pipeline.diagnosis.next_case import moved, next_case
+from unmodeled.pipeline.diagnosis.next_case import moved, next_case, renamed
 from unmodeled.pipeline.diagnosis.remainder_model import MODEL_FILE
 from unmodeled.pipeline.diagnosis.result import Diagnosis
 from unmodeled.pipeline.diagnosis.schema import as_text
@@ -80,7 +80,7 @@ def save_addition(addition: Addition, folder: Path) -> Provenance:
 
 def final_source(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return the content of the case file with all that was found, paths as in the case."""
-    return next_case(diagnosis.final_case, _found(diagnosis))
+    return renamed(next_case(diagnosis.final_case, _found(diagnosis)), "final")
 
 
 def case_provenance(case: Case) -> Provenance:

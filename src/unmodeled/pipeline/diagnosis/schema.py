@@ -51,6 +51,9 @@ class FindingJson(Part):
         alias="class", description="effects these data cannot tell apart, itself first"
     )
     parameters: list[EstimateJson]
+    place: list[EstimateJson] = Field(
+        description="where or when it acts, if that was searched; expected is the search's step"
+    )
     delta_chi_square: float = Field(description="rise of chi-square without it, stated sigmas")
     threshold: float = Field(description="what delta_chi_square had to exceed")
     log10_p: float | None = Field(description="p-value of its F-test, one candidate")

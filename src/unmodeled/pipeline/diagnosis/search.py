@@ -23,6 +23,7 @@ def best_set(
     limit: float,
     growth: int,
     banned: frozenset[str] = frozenset(),
+    most: int | None = None,
 ) -> SetScore:
     """Return the set with the most evidence whose members all pass the threshold.
 
@@ -41,6 +42,8 @@ def best_set(
         How many members may be added.
     banned : frozenset of str
         Candidates that are not added: their exact fit failed.
+    most : int, optional
+        Largest set; one more than ``growth`` allows if not given, for a blend that is split.
     """
     known: dict[frozenset[int], SetScore] = {}
 
@@ -73,7 +76,7 @@ def best_set(
             if settled.members and settled.evidence > best.evidence + MARGIN:
                 best = settled
     best = _exchanged(pool, best, score, banned, limit)
-    room = growth and len(best.members) < len(start) + growth
+    room = growth and len(best.members) < (len(start) + growth + 1 if most is None else most)
     return _split(pool, best, score, banned, limit) if room else best
 
 
@@ -170,6 +173,6 @@ def _foremost(pool: Pool, chosen: Sequence[int], banned: frozenset[str]) -> list
 
 
 def _free(pool: Pool, chosen: Sequence[int], banned: frozenset[str]) -> set[int]:
-    """Members of candidates that the set does not have yet."""
-    taken = {pool.members[m].candidate.name for m in chosen} | banned
+    """Members of candidates that the set does not have yet and can have."""
+    taken = pool.excluded(chosen) | banned
     return {k for k, m in enumerate(pool.members) if m.candidate.name not in taken}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +13,7 @@ from unmodeled.pipeline.diagnosis.pool import Pool, SetScore
 from unmodeled.pipeline.diagnosis.result import Estimate
 from unmodeled.pipeline.orbit_fit import OrbitFit
 
-__all__ = ["Chosen", "chosen_values", "estimates_of", "with_set"]
+__all__ = ["Chosen", "chosen_values", "estimates_of", "place_of", "with_set"]
 
 #: Candidates with values of all their parameters.
 Chosen = list[tuple[Candidate, dict[str, float]]]
@@ -58,15 +59,41 @@ def with_set(case: Case, pool: Pool, chosen: SetScore) -> Case:
     return model
 
 
-def estimates_of(candidate: Candidate, fit: OrbitFit, noise: float) -> tuple[Estimate, ...]:
-    """Return what a fit says of a candidate's parameters; sigmas times ``noise``."""
+def estimates_of(
+    candidate: Candidate, fit: OrbitFit, noise: float, spread: Mapping[str, float] | None = None
+) -> tuple[Estimate, ...]:
+    """Return what a fit says of a candidate's parameters.
+
+    Sigmas are the fit's times ``noise``, and the ``spread`` of each parameter over other places.
+    """
     found = []
     for parameter, prior in zip(candidate.parameters, candidate.priors, strict=True):
         name = parameter.name
-        value, sigma = float(fit.values[name]), float(fit.sigmas[name]) * noise
+        value, sigma = _value(name, fit, noise, spread)
         accepted = pull = None
         if name in candidate.known:
             accepted, own = candidate.known[name]
             pull = (value - accepted) / float(np.hypot(sigma, own))
         found.append(Estimate(name, value, sigma, parameter.unit, float(prior), accepted, pull))
     return tuple(found)
+
+
+def place_of(
+    candidate: Candidate, fit: OrbitFit, noise: float, spread: Mapping[str, float]
+) -> tuple[Estimate, ...]:
+    """Return where or when an effect that was searched over places acts.
+
+    The expected size of each is the step of the search.
+    """
+    units = {p.name: p.unit for p in candidate.effect.parameters}
+    return tuple(
+        Estimate(n, *_value(n, fit, noise, spread), units[n], candidate.reach(n))
+        for n in candidate.searched
+    )
+
+
+def _value(
+    name: str, fit: OrbitFit, noise: float, spread: Mapping[str, float] | None
+) -> tuple[float, float]:
+    sigma = float(np.hypot(fit.sigmas[name] * noise, (spread or {}).get(name, 0.0)))
+    return float(fit.values[name]), sigma

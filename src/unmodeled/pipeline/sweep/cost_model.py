@@ -77,8 +77,8 @@ class Expected:
     def sentence(self) -> str:
         """Return it in words."""
         text = (
-            f"{self.runs} runs are left: about {duration(self.seconds)} on one core with one run "
-            f"at a time, {self.peak_bytes / 1e9:.1f} GB for each worker"
+            f"{self.runs} runs are left: about {duration(self.seconds)} on one core, "
+            f"{self.peak_bytes / 1e9:.1f} GB for each worker"
         )
         parts = [
             f"{count} {what}"
@@ -162,8 +162,9 @@ def _like(run: RunConfig) -> tuple[Any, ...]:
 def _from_table(run: RunConfig) -> tuple[float, float] | None:
     learner = run.config.learners[0]
     name = learner.kind
-    if learner.params.get("optimizer") == "lbfgs":
-        name += " lbfgs"
+    for key, usual in (("optimizer", "adam"), ("precision", "double")):
+        chosen = learner.params.get(key, usual)
+        name += "" if chosen == usual else f" {chosen}"
     if name not in _MEASURED:
         return None
     fixed, epoch, peak = _MEASURED[name]

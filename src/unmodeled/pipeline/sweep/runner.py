@@ -12,6 +12,7 @@ from unmodeled.core.errors import DataError, NumericalError, OrbitError
 from unmodeled.core.threads import one_thread
 from unmodeled.datasets.bodies import Body
 from unmodeled.datasets.learning_data import LearningData
+from unmodeled.pipeline.batch_characterize import characterize_stacks
 from unmodeled.pipeline.characterize import evaluate
 from unmodeled.pipeline.config import CharacterizationConfig
 from unmodeled.pipeline.cost import peak_memory
@@ -21,12 +22,53 @@ from unmodeled.pipeline.sweep.run_config import RunConfig, RunResult, Value
 from unmodeled.pipeline.sweep.run_id import canonical, digest
 from unmodeled.pipeline.sweep.worker import RunBatch
 
-__all__ = ["PlainRunner", "RunBatch", "learning_data"]
+__all__ = ["BatchRunner", "PlainRunner", "RunBatch", "learning_data", "remembered"]
 
 # Orbits do not depend on learner or noise, so each worker makes them once for many cells; a low
 # volume is 30 kB, a moderate one 0.3 MB.
 _REMEMBERED = 128
 _orbits: OrderedDict[str, Simulated] = OrderedDict()
+
+
+@dataclass(frozen=True)
+class BatchRunner:
+    """Networks of a cell side by side, processes and the rest one by one: what `sweep` uses.
+
+    The values of a run are those of `PlainRunner`, to the last bit on a processor, whatever else
+    is in the batch. ``cost_total_s`` and ``cost_cpu_s`` are shares of what a stack took.
+
+    Parameters
+    ----------
+    folders : tuple of Path
+        Where trajectory files are looked for.
+    device : str
+        ``cpu``, or ``cuda`` where torch has one; there, sums are rounded in another order.
+    """
+
+    folders: tuple[Path, ...] = ()
+    device: str = "cpu"
+
+    def __call__(self, runs: Sequence[RunConfig]) -> Iterator[RunResult]:
+        """Yield the results of one stack after the other."""
+        stacks = characterize_stacks(
+            [run.config for run in runs],
+            self.folders,
+            simulated=remembered,
+            flights=any(run.flights for run in runs),  # one setting of the whole sweep
+            device=self.device,
+        )
+        waiting = iter(runs)
+        start, cpu = time.perf_counter(), time.process_time()
+        for results in stacks:
+            share: dict[str, Value] = {
+                "cost_total_s": (time.perf_counter() - start) / len(results),
+                "cost_cpu_s": (time.process_time() - cpu) / len(results),
+                "cost_peak_bytes": peak_memory(),
+            }
+            for result in results:
+                run = next(waiting)
+                yield RunResult(run.id, row_of(result, run.config) | share)
+            start, cpu = time.perf_counter(), time.process_time()
 
 
 @dataclass(frozen=True)
@@ -48,21 +90,21 @@ class PlainRunner:
     def __call__(self, runs: Sequence[RunConfig]) -> Iterator[RunResult]:
         """Yield results one by one."""
         for run in runs:
-            yield RunResult(run.id, self._row(run))
+            start, cpu = time.perf_counter(), time.process_time()
+            row = self._row(run)
+            row["cost_total_s"] = time.perf_counter() - start
+            row["cost_cpu_s"] = time.process_time() - cpu
+            row["cost_peak_bytes"] = peak_memory()
+            yield RunResult(run.id, row)
 
     def _row(self, run: RunConfig) -> dict[str, Value]:
-        start, cpu = time.perf_counter(), time.process_time()
         with one_thread():
             try:
                 data = learning_data(run.config, self.folders)
                 result = evaluate(run.config.learners[0], data, run.config, flights=run.flights)
             except (DataError, OrbitError, NumericalError) as error:
                 return {"failure": str(error)}  # the run's own answer, the same wherever it runs
-            row = row_of(result, run.config)
-        row["cost_total_s"] = time.perf_counter() - start
-        row["cost_cpu_s"] = time.process_time() - cpu
-        row["cost_peak_bytes"] = peak_memory()
-        return row
+            return row_of(result, run.config)
 
 
 def learning_data(config: CharacterizationConfig, folders: Sequence[Path] = ()) -> LearningData:
@@ -70,10 +112,11 @@ def learning_data(config: CharacterizationConfig, folders: Sequence[Path] = ()) 
 
     The RK4 orbit of the paper is not propagated beside the true one, unless it is the truth.
     """
-    return prepare(config, folders, _remembered)
+    return prepare(config, folders, remembered)
 
 
-def _remembered(config: CharacterizationConfig, body: Body) -> Simulated:
+def remembered(config: CharacterizationConfig, body: Body) -> Simulated:
+    """Do what `simulate` does, once for all runs of this process on the same orbits."""
     content = canonical(config)
     seed = content["seed"] if config.data.other_orbits is None else None
     key = digest([content["body"], content["data"], seed])
@@ -83,8 +126,3 @@ def _remembered(config: CharacterizationConfig, body: Body) -> Simulated:
             _orbits.popitem(last=False)
     _orbits.move_to_end(key)
     return _orbits[key]
-
-
-def forget_orbits() -> None:
-    """Empty the memory of orbits."""
-    _orbits.clear()

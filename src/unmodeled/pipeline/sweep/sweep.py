@@ -19,7 +19,7 @@ from unmodeled.pipeline.sweep.grid import ListRequest, Plan, make_plan
 from unmodeled.pipeline.sweep.orbit_list import OrbitList, read_orbits
 from unmodeled.pipeline.sweep.run_config import RunConfig
 from unmodeled.pipeline.sweep.run_id import digest
-from unmodeled.pipeline.sweep.runner import PlainRunner, RunBatch
+from unmodeled.pipeline.sweep.runner import BatchRunner, RunBatch
 from unmodeled.pipeline.sweep.shard import Shard
 from unmodeled.pipeline.sweep.store import Store
 from unmodeled.pipeline.sweep.sweep_config import SweepConfig, load_sweep
@@ -65,6 +65,7 @@ def sweep(
     folders: Sequence[Path] = (),
     run_batch: RunBatch | None = None,
     batch_size: int = 20,
+    device: str = "cpu",
     tell: Tell | None = None,
 ) -> pd.DataFrame:
     """Run all runs of a sweep that are not finished yet.
@@ -85,9 +86,11 @@ def sweep(
     folders : sequence of Path
         Where data files are looked for.
     run_batch : callable, optional
-        The runner; `PlainRunner` by default.
+        The runner; `BatchRunner` by default.
     batch_size : int
         Most runs of one batch, the unit of work. It changes no result.
+    device : str
+        Where `BatchRunner` trains: ``cpu``, or ``cuda`` where torch finds a graphics card.
     tell : callable, optional
         Told how many runs of how many are finished.
 
@@ -116,7 +119,7 @@ def sweep(
             store.forget_started()
         finished = store.finished()
         pending = [run for run in runs if run.id not in finished]
-        runner = run_batch or PlainRunner(opened.folders)
+        runner = run_batch or BatchRunner(opened.folders, device)
         report = _reporter(tell, len(runs), len(runs) - len(pending))
         run_batches(store, _batches(pending, batch_size), runner, engine, report)
         _check_all_there(store, runs)

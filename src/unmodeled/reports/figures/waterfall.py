@@ -86,10 +86,7 @@ def waterfall(bars: Sequence[Bar], noise: float, floor: str = "") -> Figure:
         letters = max(_LETTERS // len(bars), 12)
         axes.set_xticks(
             range(len(bars)),
-            [
-                "\n".join(w for p in b.label.split("\n") for w in textwrap.wrap(p, letters))
-                for b in bars
-            ],
+            [_broken(b.label, letters) for b in bars],
         )
         axes.tick_params(axis="x", length=0)
         axes.grid(visible=False, axis="x")

@@ -1,0 +1,1 @@
+"""What the runs of a sweep show together: bands, fits, boundaries; numbers for figures."""
