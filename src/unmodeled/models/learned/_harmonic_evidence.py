@@ -77,8 +77,8 @@ class Sums:
             raise NumericalError("the equations of the samples are not finite")
         unknowns = root.shape[1] - 1
         return cls(
-            root[:unknowns, :unknowns].copy(),
-            root[:unknowns, unknowns].copy(),
+            np.array(root[:unknowns, :unknowns], dtype=np.float64),
+            np.array(root[:unknowns, unknowns], dtype=np.float64),
             float((root[unknowns:, unknowns] ** 2).sum()),
             count,
             math.sqrt(float((root[:, unknowns] ** 2).sum()) / count),

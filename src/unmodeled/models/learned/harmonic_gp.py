@@ -150,7 +150,8 @@ class HarmonicGP(Learner):
         # Where G is singular, or a sample has no noise at all, a millionth of the noise is left.
         size = np.trace(covariance, axis1=1, axis2=2)
         covariance += 1e-12 * np.maximum(size, size.mean())[:, None, None] * np.eye(3)
-        return np.linalg.cholesky(covariance)
+        root: Array = np.asarray(np.linalg.cholesky(covariance), dtype=np.float64)
+        return root
 
     def _whole_gradient(self, places: Array, noise: NoiseLevel) -> Array:
         own = self._jacobian(places)
@@ -167,7 +168,8 @@ class HarmonicGP(Learner):
         # Linearised: no further than noise goes, or one bad sample leaves for good.
         length = np.linalg.norm(move[:, :, 0], axis=1, keepdims=True)
         limit = _REACH * noise.position
-        return X + move[:, :, 0] * np.minimum(1.0, limit / np.maximum(length, 1e-300))
+        moved: Array = X + move[:, :, 0] * np.minimum(1.0, limit / np.maximum(length, 1e-300))
+        return moved
 
     def _adopt(self, found: Posterior) -> None:
         # C order, as from a file: products of another layout differ in the last bit.

@@ -118,7 +118,8 @@ def derivative(table: Array, axis: int) -> Array:
     total *= weights[0].reshape(shape)
     if axis != 2:
         total += weights[1].reshape(shape) * table[rows[1]]
-    return total
+    out: Array = total
+    return out
 
 
 @cache
