@@ -37,7 +37,7 @@ class HarmonicGP(Learner):
 
     The potential is :math:`\frac{GM}{R}\sum c_{nm} (R/r)^{n+1} \bar Y_{nm}` to a degree N, with
     independent coefficients of prior variance :math:`s^2 q^{2n}`: the covariance of two
-    potentials is the Abel-Poisson kernel cut off at N ([Moritz1980] section 23; q is the radius
+    potentials is the Abel-Poisson kernel cut off at N ([Moritz1980]; q is the radius
     of the Bjerhammar sphere over R). Degrees 0 and 1, mass and centre of mass, have a flat prior:
     they differ from the reference by amounts that the higher degrees say nothing of. Degree, q, s
     and the noise maximise the evidence with the flat ones integrated out.
