@@ -107,7 +107,7 @@ def test_medians_and_bands_are_those_of_the_table(view):
 
 
 def test_counts_of_the_head_to_head(view):
-    """The network is ten times worse in interpolation on every problem but the two failures."""
+    """The network is worse in interpolation on every problem but the two failures."""
     figure = head_to_head(view, *view.labels[:2])
     texts = [t.get_text() for t in figure.axes[0].texts]
     assert texts == ["28 of 30", "2 of 30"]
