@@ -23,6 +23,7 @@ LEARNERS = {
     "spectral_mlp": ({"kind": "spectral_mlp"}, (500, 200, 100)),
     "spectral_mlp single": ({"kind": "spectral_mlp", "precision": "single"}, (500, 200, 100)),
     "rbf_network": ({"kind": "rbf_network"}, (None,) * 3),
+    "harmonic_gp": ({"kind": "harmonic_gp"}, (None,) * 3),
     "harmonic_least_squares": ({"kind": "harmonic_least_squares"}, (None,) * 3),
     "nearest_neighbour": ({"kind": "nearest_neighbour"}, (None,) * 3),
     "zonal_oracle": ({"kind": "zonal_oracle"}, (None,) * 3),
