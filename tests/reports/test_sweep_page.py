@@ -21,6 +21,7 @@ from unmodeled.reports.figures.train_against_test import fits_of
 from unmodeled.reports.style import learner_styles, render
 from unmodeled.reports.sweep_page import overview_sentence, write_sweep_report
 from unmodeled.reports.sweep_sections import sweep_sections
+from unmodeled.reports.sweep_tables import outlier_table
 from unmodeled.reports.sweep_view import view_of
 
 _SMALLEST_FONT = 8.0
@@ -46,6 +47,20 @@ def figures(view):
     selection = um.select(view.table)
     found = sweep_sections(view, selection, "extrapolation_median")
     return {f.name: f for s in found for f in s.figures}
+
+
+def test_the_table_of_outliers_counts_what_the_data_explain(view):
+    assert not outlier_table(view.table, view.axes).rows
+    runs = view.table.copy()
+    runs["train_largest_observed"] = 1.0
+    one, other = runs.index[-1], runs.index[-9]
+    runs.loc[[one, other], "interpolation_median"] = [500.0, 9e5]
+    runs.loc[other, "train_largest_observed"] = 4e3
+    found = outlier_table(runs, view.axes)
+    assert [row[-1] for row in found.rows] == ["a sample beside the centre", "not known"]  # worst first
+    assert f"2 of {len(runs)} runs" in found.note
+    assert "In 1 of them" in found.note
+    assert "without such a sample: 1." in found.note
 
 
 def test_every_kind_of_figure_is_there(figures):

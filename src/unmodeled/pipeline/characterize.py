@@ -11,7 +11,7 @@ from unmodeled.core.arrays import Array
 from unmodeled.core.errors import NumericalError
 from unmodeled.core.provenance import collect_provenance
 from unmodeled.core.threads import one_thread
-from unmodeled.datasets.learning_data import LearningData
+from unmodeled.datasets.learning_data import LearningData, SampleSet
 from unmodeled.models.learned import Learner, NoiseLevel
 from unmodeled.pipeline.config import CharacterizationConfig, LearnerConfig
 from unmodeled.pipeline.cost import Meter, time_evaluation
@@ -169,7 +169,16 @@ def score(
         batch,
         sum(a.nbytes for a in learner._arrays().values()),
         learner.facts(),
+        largest_observed=_largest_observed(data.train),
     )
+
+
+def _largest_observed(train: SampleSet) -> float:
+    """Return the largest observed over the largest true acceleration of the training samples."""
+    observed, true = (
+        np.linalg.norm(a, axis=1).max() for a in (train.observed_accelerations, train.accelerations)
+    )
+    return float(observed / true)
 
 
 def _fly_orbits(

@@ -74,6 +74,9 @@ class LearnerResult:
         What the learner says of itself.
     failure : str
         Why the fit failed; empty if it did not.
+    largest_observed : float
+        Largest observed acceleration of the training samples over the largest true one. Far above
+        1, noise put a position so deep that one sample rules the fit.
     """
 
     label: str
@@ -92,6 +95,7 @@ class LearnerResult:
     model_bytes: int = 0
     facts: dict[str, float | str] = field(default_factory=dict)
     failure: str = ""
+    largest_observed: float = float("nan")
 
 
 @dataclass(frozen=True)

@@ -108,6 +108,7 @@ def sweep_sections(view: SweepView, selection: Selection | None, metric: str) ->
         *(_along(view, axis) for axis in view.varied(*NOISE_AXES, *VOLUME_AXES)),
         _calibration(view),
         _cost(view, selection, metric),
+        Section("outliers", "Outliers", tables=(tables.outlier_table(view.table, view.axes),)),
         Section("failures", "Failed fits", tables=(tables.failure_table(view.table, view.axes),)),
     ]
     kept = []

@@ -10,6 +10,7 @@ import pandas as pd
 
 from unmodeled.pipeline.select.select import Choice, Selection
 from unmodeled.pipeline.trends.bands import bands
+from unmodeled.pipeline.trends.outliers import FAR_OBSERVED, OUTLIER_FACTOR, outliers
 from unmodeled.reports.figures.sweep_calibration import calibrated_labels
 from unmodeled.reports.figures.train_against_test import fits_of
 from unmodeled.reports.numbers import number
@@ -24,6 +25,7 @@ __all__ = [
     "fit_table",
     "level_table",
     "median_table",
+    "outlier_table",
     "pair_table",
 ]
 
@@ -206,6 +208,49 @@ def failure_table(table: pd.DataFrame, axes: Sequence[str]) -> Table:
         tuple(rows),
         f"And {more} more; `unmodeled export` has all." if more > 0 else "",
         text_columns=(1, 2, 3),
+    )
+
+
+def outlier_table(table: pd.DataFrame, axes: Sequence[str]) -> Table:
+    """Return the runs far above the median of their cell, the first 20, and what explains them."""
+    found = outliers(table, axes)
+    rows = []
+    for row in found.head(_MOST_FAILURES).to_dict(orient="records"):
+        rows.append(
+            (
+                str(row["learner"]),
+                str(row["initial_condition"]),
+                ", ".join(f"{a} {row[a]}" for a in axes),
+                number(row["interpolation_median"]),
+                number(row["times_cell"]),
+                number(row.get("train_largest_observed", math.nan)),
+                "a sample beside the centre" if row["explained"] else "not known",
+            )
+        )
+    known = int(found["explained"].sum())
+    more = len(found) - len(rows)
+    rest = len(found) - known
+    words = (
+        f"{len(found)} of {len(table)} runs have an interpolation error above {OUTLIER_FACTOR:g} "
+        f"times the median of the same learner at the same point of the grid. In {known} of them "
+        f"noise drew a position so deep that an observed acceleration is {FAR_OBSERVED:g} or more "
+        "times the largest true one: that sample rules the fit. "
+        f"Runs without such a sample: {rest}."
+    )
+    return Table(
+        "Outliers",
+        (
+            "learner",
+            "initial condition",
+            "point of the grid",
+            "interpolation error [–]",
+            "over the median of the cell [–]",
+            "largest observed / true acceleration [–]",
+            "why",
+        ),
+        tuple(rows),
+        words + (f" The worst {len(rows)} are shown; {more} more." if more > 0 else ""),
+        text_columns=(1, 2, 6),
     )
 
 

@@ -10,6 +10,7 @@ from unmodeled.models.physics import Dynamics, Zonal
 from unmodeled.pipeline.trends.bands import bands, levels_of, quartiles, slices
 from unmodeled.pipeline.trends.collision_boundary import collision_boundary, screen
 from unmodeled.pipeline.trends.log_fit import log_fit
+from unmodeled.pipeline.trends.outliers import outliers
 from unmodeled.pipeline.trends.zonal_reach import hill_radius, zonal_reach
 
 
@@ -148,3 +149,22 @@ def test_screening_begins_the_same_and_knows_kepler():
     assert deep.any()
     with pytest.raises(ConfigError, match="0 initial conditions"):
         screen(body, 0)
+
+
+def test_outliers_are_far_above_their_own_cell_and_say_whether_the_data_explain_them():
+    t = table(
+        learner=["a"] * 6 + ["b"] * 6,
+        noise=[0.0, 0.0, 0.0, 1.0, 1.0, 1.0] * 2,
+        interpolation_median=[1e-5, 2e-5, 1e-3, 0.5, 0.6, 5.9, 0.1, 0.2, 0.3, 1.0, 2.0, 200.0],
+        train_largest_observed=[1.0] * 11 + [500.0],
+    )
+    t.loc[0, "failure"] = "broke"  # infinite: the median of the cell is then 1e-3
+    found = outliers(t, ["noise"])
+    assert found["interpolation_median"].tolist() == [200.0]
+    assert found["explained"].tolist() == [True]
+    assert found["times_cell"].tolist() == [100.0]
+    t.loc[0, "failure"] = ""
+    found = outliers(t, ["noise"])
+    assert found["interpolation_median"].tolist() == [200.0, 1e-3]
+    assert found["explained"].tolist() == [True, False]
+    assert not outliers(t.drop(columns="train_largest_observed"), ["noise"])["explained"].any()
