@@ -57,7 +57,7 @@ def test_the_table_of_outliers_counts_what_the_data_explain(view):
     runs.loc[[one, other], "interpolation_median"] = [500.0, 9e5]
     runs.loc[other, "train_largest_observed"] = 4e3
     found = outlier_table(runs, view.axes)
-    assert [row[-1] for row in found.rows] == ["a sample beside the centre", "not known"]  # worst first
+    assert [row[-1] for row in found.rows] == ["a sample beside the centre", "not known"]
     assert f"2 of {len(runs)} runs" in found.note
     assert "In 1 of them" in found.note
     assert "without such a sample: 1." in found.note
