@@ -25,7 +25,8 @@ GRIDS = ("neamati-fig12", "neamati-fig13")
 COLUMNS = (
     *("initial_condition", "learner", "kind", "noise.state", "noise.acceleration"),
     *("train_median", "interpolation_median", "extrapolation_median", "extrapolation_worst"),
-    *("interpolation_coverage_95", "extrapolation_coverage_95", "failure"),
+    *("train_largest_observed", "interpolation_coverage_95"),
+    *("extrapolation_coverage_95", "failure"),
     *("cost_train_s", "cost_total_s", "cost_cpu_s", "cost_peak_bytes"),
 )
 
@@ -68,9 +69,9 @@ def keep(table: pd.DataFrame, path: Path) -> None:
 
 def summary(table: pd.DataFrame) -> None:
     """Print medians by noise and learner, and the largest error of all."""
-    axis = "noise.state" if "noise.state" in table else "noise.acceleration"
+    axes = [a for a in ("noise.state", "noise.acceleration") if a in table]
     sets = ["train_median", "interpolation_median", "extrapolation_median"]
-    print(table.groupby([axis, "kind"])[sets].median().to_string(float_format="{:.2e}".format))
+    print(table.groupby([*axes, "kind"])[sets].median().to_string(float_format="{:.2e}".format))
     print("largest medians:", table.groupby("kind")[sets].max().to_dict("index"), flush=True)
 
 
