@@ -41,6 +41,12 @@ LEARNER_FACTORIES: dict[str, LearnerFactory] = {
         lambda: ExactGP(optimizer="lbfgs", noise_floor=1e-6),
         score=1e-3,
     ),
+    "exact_gp(matern52, ard)": LearnerFactory(
+        lambda: ExactGP(epochs=10, kernel="matern52", ard=True), score=1e-3
+    ),
+    "exact_gp(position noise)": LearnerFactory(
+        lambda: ExactGP(epochs=5, position_noise=True), score=1e-4
+    ),
     "spectral_mlp": LearnerFactory(lambda: SpectralMLP(layers=3, width=32, epochs=300), score=0.1),
     "rbf_network": LearnerFactory(RBFNetwork, score=5e-3),
     "nearest_neighbour": LearnerFactory(NearestNeighbour, score=0.2, continuous=False),

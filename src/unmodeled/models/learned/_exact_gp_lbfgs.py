@@ -19,15 +19,15 @@ def maximise(
     iterations: int,
     progress: Progress,
 ) -> tuple[Array, Array, Array]:
-    """Return the most likely points (k, 3), their values (k,) and means (k,).
+    """Return the most likely points (k, q), their values (k,) and means (k,).
 
     Parameters
     ----------
     likelihood : Likelihood
         Of k components.
-    start : ndarray (k, 3)
-        Logarithms of lengthscale, signal and noise variance at which each starts.
-    limits : tuple of ndarray (3,)
+    start : ndarray (k, q)
+        Logarithms of lengthscales, signal and noise variance at which each starts.
+    limits : tuple of ndarray (q,)
         Least and largest logarithms.
     iterations : int
         L-BFGS steps for each component at most.
@@ -62,7 +62,7 @@ def _maximise_one(
         value = float(e.value[0])
         if not np.isfinite(value):
             # A step into a singular kernel: worse than all before, so that the search turns.
-            return min(best[0], 1e300) + 1e6, np.zeros(3)
+            return min(best[0], 1e300) + 1e6, np.zeros(len(log_theta))
         if value < best[0]:
             best = (value, log_theta.copy(), float(e.mean[0]))
         return value, e.gradient[0]
