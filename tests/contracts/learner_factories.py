@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from unmodeled.models.learned.curl_free_gp import CurlFreeGP
 from unmodeled.models.learned.exact_gp import ExactGP
 from unmodeled.models.learned.harmonic_gp import HarmonicGP
 from unmodeled.models.learned.harmonic_least_squares import (
@@ -17,6 +18,7 @@ from unmodeled.models.learned.nearest_neighbour import NearestNeighbour
 from unmodeled.models.learned.point_mass import PointMassOnly
 from unmodeled.models.learned.rbf_network import RBFNetwork
 from unmodeled.models.learned.residual import Residual
+from unmodeled.models.learned.sparse_gp import SparseGP
 from unmodeled.models.learned.spectral_mlp import SpectralMLP
 
 
@@ -56,5 +58,13 @@ LEARNER_FACTORIES: dict[str, LearnerFactory] = {
     "fitted_point_mass": LearnerFactory(FittedPointMass, score=2e-2),
     "harmonic_least_squares": LearnerFactory(lambda: HarmonicLeastSquares(degree=5), score=1e-8),
     "harmonic_gp": LearnerFactory(HarmonicGP, score=1e-8, uncertain_at=0.7),
+    "curl_free_gp": LearnerFactory(
+        # as for lbfgs above; the steps from a grid's start end early on clean data
+        lambda: CurlFreeGP(iterations=10, noise_floor=1e-6),
+        score=1e-3,
+    ),
+    "sparse_gp": LearnerFactory(
+        lambda: SparseGP(inducing=60, iterations=10, noise_floor=1e-6), score=1e-2
+    ),
     "zonal_oracle": LearnerFactory(ZonalOracle, score=1e-12),
 }

@@ -1,6 +1,7 @@
 """Learners: one contract, one file each."""
 
 from unmodeled.models.learned.batch import fit_batch, stack_members
+from unmodeled.models.learned.curl_free_gp import CurlFreeGP
 from unmodeled.models.learned.exact_gp import ExactGP
 from unmodeled.models.learned.harmonic_gp import HarmonicGP
 from unmodeled.models.learned.harmonic_least_squares import (
@@ -21,9 +22,11 @@ from unmodeled.models.learned.nearest_neighbour import NearestNeighbour
 from unmodeled.models.learned.point_mass import PointMassOnly
 from unmodeled.models.learned.rbf_network import RBFNetwork
 from unmodeled.models.learned.residual import Residual
+from unmodeled.models.learned.sparse_gp import SparseGP
 from unmodeled.models.learned.spectral_mlp import SpectralMLP
 
 __all__ = [
+    "CurlFreeGP",
     "ExactGP",
     "FittedPointMass",
     "HarmonicGP",
@@ -35,6 +38,7 @@ __all__ = [
     "Progress",
     "RBFNetwork",
     "Residual",
+    "SparseGP",
     "SpectralMLP",
     "ZonalOracle",
     "fit_batch",

@@ -15,7 +15,7 @@ import numpy as np
 import torch
 
 from unmodeled.core.arrays import Array
-from unmodeled.models.learned._exact_gp_training import JITTERS
+from unmodeled.models.learned._factor import JITTERS
 
 with warnings.catch_warnings():
     # linear_operator compiles two functions on import; who makes warnings errors could not import

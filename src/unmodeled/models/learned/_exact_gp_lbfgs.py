@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
 import numpy as np
 import scipy.optimize
 
 from unmodeled.core.arrays import Array
-from unmodeled.models.learned._exact_gp_likelihood import Likelihood
+from unmodeled.models.learned._exact_gp_likelihood import Evaluation, Indices
 from unmodeled.models.learned.learner import Progress
 
-__all__ = ["maximise"]
+__all__ = ["Objective", "maximise"]
+
+
+class Objective(Protocol):
+    """Negative log likelihoods of some problems, e.g. a `Likelihood`."""
+
+    def __call__(self, log_theta: Array, *, which: Indices) -> Evaluation:
+        """Evaluate problems ``which`` (k,) at ``log_theta`` (k, q)."""
+        ...
 
 
 def maximise(
-    likelihood: Likelihood,
+    likelihood: Objective,
     start: Array,
     limits: tuple[Array, Array],
     iterations: int,
@@ -23,7 +33,7 @@ def maximise(
 
     Parameters
     ----------
-    likelihood : Likelihood
+    likelihood : Objective
         Of k components.
     start : ndarray (k, q)
         Logarithms of lengthscales, signal and noise variance at which each starts.
@@ -46,7 +56,7 @@ def maximise(
 
 
 def _maximise_one(
-    likelihood: Likelihood,
+    likelihood: Objective,
     index: int,
     first: Array,
     limits: tuple[Array, Array],

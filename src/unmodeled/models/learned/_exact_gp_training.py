@@ -20,10 +20,7 @@ from unmodeled.models.learned._exact_gp_newton import minimise
 from unmodeled.models.learned._kernels import correlation
 from unmodeled.models.learned.learner import Progress
 
-__all__ = ["JITTERS", "adam", "best_start", "optimum"]
-
-#: Shares of the signal variance added to a kernel matrix that Cholesky refuses, in turn.
-JITTERS = (0.0, *(10.0**e for e in range(-10, -3)))
+__all__ = ["adam", "best_start", "limits", "optimum"]
 
 #: The grid of starts, in scaled units: lengthscales, and noise variance per signal variance.
 _LENGTHS = (0.3, 1.0, 3.0)
@@ -180,10 +177,7 @@ def optimum(
     list of ndarray (l + 3, 3)
         As `adam`.
     """
-    least, most = _SIGNAL_LIMITS
-    signals = (least, max(1.0, min(most, _MOST_CONTRAST * noise_floor)))
-    lengths = [_LENGTH_LIMITS] * (len(starts[0]) - 3)
-    low, high = np.log([*lengths, signals, (noise_floor, _MOST_NOISE)]).T
+    low, high = limits(noise_floor, len(starts[0]) - 3)
     first = np.clip(np.log(_columns(starts)[:, :-1]), low, high)
     if method == "lbfgs":
         point, value, mean = maximise(likelihood, first, (low, high), iterations, progress)
@@ -199,6 +193,14 @@ def optimum(
     progress(1.0)
     theta = np.column_stack([np.exp(point), mean])
     return _thetas(np.where(np.isfinite(value)[:, None], theta, np.inf))
+
+
+def limits(noise_floor: float, lengths: int) -> tuple[Array, Array]:
+    """Return least and largest logarithms of lengthscales, signal and noise variance, scaled."""
+    least, most = _SIGNAL_LIMITS
+    signals = (least, max(1.0, min(most, _MOST_CONTRAST * noise_floor)))
+    low, high = np.log([*[_LENGTH_LIMITS] * lengths, signals, (noise_floor, _MOST_NOISE)]).T
+    return low, high
 
 
 def _columns(thetas: Sequence[Array]) -> Array:

@@ -16,7 +16,16 @@ from unmodeled.core.arrays import Array
 from unmodeled.core.errors import ConfigError
 from unmodeled.models.learned._distances import squared_distances
 
-__all__ = ["KERNELS", "bend", "check_kernel", "correlation", "covariances", "slopes", "steepness"]
+__all__ = [
+    "KERNELS",
+    "bend",
+    "check_kernel",
+    "correlation",
+    "covariances",
+    "scaled_squares",
+    "slopes",
+    "steepness",
+]
 
 KERNELS = ("rbf", "matern12", "matern32", "matern52")
 
@@ -71,7 +80,7 @@ def bend(kernel: str, s: Any) -> Any:
     return 5.0 * s / (1.0 + _5 * r)
 
 
-def _scaled(x: Array, z: Array, length: Array) -> Array:
+def scaled_squares(x: Array, z: Array, length: Array) -> Array:
     """Return s (m, n) of scaled inputs ``x`` (m, d), ``z`` (n, d); ``length`` (1,) or (d,)."""
     if len(length) == 1:
         scaled: Array = (1.0 / length[0] ** 2) * squared_distances(x, z)
@@ -81,7 +90,7 @@ def _scaled(x: Array, z: Array, length: Array) -> Array:
 
 def covariances(kernel: str, x: Array, z: Array, length: Array, signal: float) -> Array:
     """Return signal variances times k (m, n); arguments as in `slopes`."""
-    covariance: Array = signal * correlation(kernel, _scaled(x, z, length))
+    covariance: Array = signal * correlation(kernel, scaled_squares(x, z, length))
     return covariance
 
 
@@ -99,7 +108,7 @@ def slopes(kernel: str, x: Array, z: Array, length: Array, weights: Array) -> Ar
     weights : ndarray (n,)
         Signal variance included.
     """
-    weighted = steepness(kernel, _scaled(x, z, length)) * weights
+    weighted = steepness(kernel, scaled_squares(x, z, length)) * weights
     # Sums along the last axis, not BLAS, so that a row does not depend on its batch.
     columns = [(weighted * (x[:, None, j] - z[None, :, j])).sum(axis=-1) for j in range(x.shape[1])]
     gradient: Array = -np.stack(columns, axis=-1) / length**2

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 import torch
-from scipy.linalg import LinAlgError, cholesky, solve_triangular
-from scipy.linalg.lapack import dpocon
+from scipy.linalg import solve_triangular
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import ConfigError, NumericalError
 from unmodeled.models.learned._exact_gp_likelihood import Likelihood
-from unmodeled.models.learned._exact_gp_training import JITTERS, adam, best_start, optimum
+from unmodeled.models.learned._exact_gp_training import adam, best_start, optimum
+from unmodeled.models.learned._factor import condition_number, factorise
 from unmodeled.models.learned._input_noise import PASSES, sample_variances
 from unmodeled.models.learned._kernels import check_kernel, covariances, slopes
 from unmodeled.models.learned.learner import Learner, NoiseLevel, Progress
@@ -271,8 +271,7 @@ class ExactGP(Learner):
             norm = float(np.abs(kernel).sum(axis=0).max())
             factors[i], jitter = _cholesky(kernel)
             jitters.append(jitter)
-            # LAPACK's estimate in the 1-norm: n^2 operations, where singular values take n^3
-            conditions.append(1.0 / max(float(dpocon(factors[i], norm, uplo="L")[0]), 1e-300))
+            conditions.append(condition_number(factors[i], norm))
         self.jitter_ = max(jitters)
         self._condition_number = max(conditions)
         # Large ones would fill the memory of a sweep; they follow from the rest.
@@ -367,19 +366,7 @@ class ExactGP(Learner):
 
 
 def _cholesky(kernel: Array) -> tuple[Array, float]:
-    """Return the lower factor and the share of the mean diagonal that had to be added."""
-    size = float(np.trace(kernel)) / len(kernel)
-    for jitter in JITTERS:
-        try:
-            shifted = kernel + jitter * size * np.eye(len(kernel)) if jitter else kernel
-            return cholesky(shifted, lower=True), jitter
-        except (LinAlgError, ValueError):  # ValueError: not finite
-            continue
-    raise NumericalError(
-        f"exact_gp: a kernel matrix of {len(kernel)} samples is not positive definite even with "
-        f"{JITTERS[-1]:.0e} of its diagonal added",
-        do="raise noise_floor or remove repeated positions",
-    )
+    return factorise(ExactGP.name, kernel)
 
 
 def _chunks(x: Array) -> Iterator[Array]:
