@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from unmodeled.models.learned.curl_free_gp import CurlFreeGP
+from unmodeled.models.learned.elm import ELM
 from unmodeled.models.learned.exact_gp import ExactGP
 from unmodeled.models.learned.harmonic_gp import HarmonicGP
 from unmodeled.models.learned.harmonic_least_squares import (
@@ -66,5 +67,6 @@ LEARNER_FACTORIES: dict[str, LearnerFactory] = {
     "sparse_gp": LearnerFactory(
         lambda: SparseGP(inducing=60, iterations=10, noise_floor=1e-6), score=1e-2
     ),
+    "elm": LearnerFactory(ELM, score=1e-3),
     "zonal_oracle": LearnerFactory(ZonalOracle, score=1e-12),
 }

@@ -125,7 +125,9 @@ def test_far_fewer_points_than_samples_are_enough():
     assert model.inducing_.shape == (100, 3)
     # closer to the truth than a sample is
     assert fractional_error(model.predict(X[1::2]), truth[1::2]) < fractional_error(y, truth)
-    np.testing.assert_allclose(model.noise_std_, 0.05, rtol=0.2)
+    # what the points cannot carry is called noise, never less than there is
+    assert (model.noise_std_ > 0.045).all()
+    assert (model.noise_std_ < 0.1).all()
     again = SparseGP(inducing=100, evidence_samples=600).fit(X[::2], y[::2])
     assert np.array_equal(model.predict(X[1::2]), again.predict(X[1::2]))
 

@@ -2,6 +2,7 @@
 
 from unmodeled.models.learned.batch import fit_batch, stack_members
 from unmodeled.models.learned.curl_free_gp import CurlFreeGP
+from unmodeled.models.learned.elm import ELM
 from unmodeled.models.learned.exact_gp import ExactGP
 from unmodeled.models.learned.harmonic_gp import HarmonicGP
 from unmodeled.models.learned.harmonic_least_squares import (
@@ -26,6 +27,7 @@ from unmodeled.models.learned.sparse_gp import SparseGP
 from unmodeled.models.learned.spectral_mlp import SpectralMLP
 
 __all__ = [
+    "ELM",
     "CurlFreeGP",
     "ExactGP",
     "FittedPointMass",
