@@ -10,6 +10,7 @@ from unmodeled.models.learned.harmonic_least_squares import (
     HarmonicLeastSquares,
     ZonalOracle,
 )
+from unmodeled.models.learned.input_features import InputFeatures
 from unmodeled.models.learned.learner import (
     Learner,
     NoiseLevel,
@@ -33,6 +34,7 @@ __all__ = [
     "FittedPointMass",
     "HarmonicGP",
     "HarmonicLeastSquares",
+    "InputFeatures",
     "Learner",
     "NearestNeighbour",
     "NoiseLevel",
