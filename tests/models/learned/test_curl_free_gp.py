@@ -80,6 +80,8 @@ def test_it_is_dense_algebra(fitted):
     # condition number 1e6: 1e-10 of the accelerations
     np.testing.assert_allclose(fitted.predict(held), wanted.T, rtol=0, atol=1e-8)
     whole = kernels[2] - kernels[1] @ np.linalg.solve(K, kernels[1].T)
+    left = np.kron(np.eye(3), np.ones((len(held), 1))) - kernels[1] @ np.linalg.solve(K, ones)
+    whole += left @ np.linalg.solve(ones.T @ np.linalg.solve(K, ones), left.T)
     blocks = np.einsum("imjm->mij", whole.reshape(3, len(held), 3, len(held)))
     np.testing.assert_allclose(fitted.predict_covariance(held), blocks, rtol=0, atol=1e-8)
     nll = 0.5 * (rest @ np.linalg.solve(K, rest) + np.linalg.slogdet(2 * np.pi * K)[1])

@@ -238,11 +238,17 @@ class CurlFreeGP(Learner):
     def _predict_covariance(self, X: Array) -> Array:
         factor = self._factorise() if self._kept_factor is None else self._kept_factor
         length, signal, _ = (float(v) for v in self._theta)
+        ones = solve_triangular(factor, np.kron(np.eye(3), np.ones((len(self._x), 1))), lower=True)
+        normal = np.linalg.inv(ones.T @ ones)
         blocks = []
         for x, *_ in self._pieces(X):
             cross = covariance(self._x, x, length, signal)
             half = solve_triangular(factor, cross, lower=True).reshape(-1, 3, len(x))
             block = signal * np.eye(3) - np.einsum("kim,kjm->mij", half, half)
+            # [Rasmussen2006] Eq. 2.42: the mean is estimated too. Where noise hides the field, the
+            # likelihood sees none, and this is all that is left of the variance.
+            rest = np.eye(3) - np.einsum("ka,kim->mai", ones, half)
+            block += rest.mT @ normal @ rest
             values, vectors = np.linalg.eigh(0.5 * (block + block.mT))
             # Right at a sample the difference is lost in the rounding of the signal variance.
             values = np.maximum(values, 10 * np.finfo(float).eps * signal)

@@ -48,9 +48,9 @@ class NoiseLevel:
     position, acceleration : float
         In the units of the samples.
     samples : ndarray (n, 3), optional
-        Of each component of each acceleration, beside ``acceleration``, in the same units. Of the
-        learners `ExactGP`, `HarmonicGP` and `RBFNetwork` weigh their samples; the others take them
-        all alike.
+        Of each component of each acceleration, beside ``acceleration``, in the same units. Weighed
+        by `ExactGP`, `SparseGP`, `CurlFreeGP`, `HarmonicGP`, `RBFNetwork` and `ELM`; the other
+        learners take all samples alike.
     gradient : ndarray (n, 3, 3), optional
         Gravity gradient at the positions of what has been taken off the accelerations: through it
         too noise of the position reaches them. `Residual` gives it.
