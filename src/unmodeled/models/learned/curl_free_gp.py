@@ -168,7 +168,10 @@ class CurlFreeGP(Learner):
     ) -> None:
         self._set_state(scaling, x, theta, own)
         likelihood = CurlFreeLikelihood(x, t, own)
-        self.nll_, self._mean, weights = likelihood.condition(self._factorise())
+        factor = self._factorise()
+        norm = float(np.abs(likelihood.matrix(theta)).sum(axis=0).max())
+        self._condition_number = condition_number(factor, norm)
+        self.nll_, self._mean, weights = likelihood.condition(factor)
         self._weights = np.ascontiguousarray(weights.reshape(3, -1))
 
     def _set_state(self, scaling: Standardiser, x: Array, theta: Array, own: Array) -> None:
@@ -179,9 +182,8 @@ class CurlFreeGP(Learner):
 
     def _factorise(self) -> Array:
         kernel = CurlFreeLikelihood(self._x, self._x, self._own).matrix(self._theta)
-        norm = float(np.abs(kernel).sum(axis=0).max())
-        factor, self.jitter_ = factorise(self.name, kernel)
-        self._condition_number = condition_number(factor, norm)
+        with one_thread():  # after loading as after the fit
+            factor, self.jitter_ = factorise(self.name, kernel)
         self._kept_factor = factor if len(self._x) <= _KEEP else None
         return factor
 
@@ -274,7 +276,7 @@ class CurlFreeGP(Learner):
             "theta": self._theta,
             "mean": self._mean,
             "weights": self._weights,
-            "nll": np.array([self.nll_]),
+            "numbers": np.array([self.nll_, self.jitter_, self._condition_number]),
             "sample_variance": self._own,
         }
 
@@ -283,5 +285,5 @@ class CurlFreeGP(Learner):
             Standardiser.restore(arrays), arrays["x"], arrays["theta"], arrays["sample_variance"]
         )
         self._mean, self._weights = arrays["mean"], arrays["weights"]
-        self.nll_ = float(arrays["nll"][0])
-        self._factorise()
+        self.nll_, self.jitter_, self._condition_number = (float(v) for v in arrays["numbers"])
+        self._kept_factor = None  # made when a covariance is asked for
