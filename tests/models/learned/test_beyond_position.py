@@ -76,7 +76,9 @@ def error(learner, names, which=(3, 4)):
 @pytest.mark.parametrize(
     ("make", "limit"),
     [
-        (lambda: ExactGP(optimizer="lbfgs", epochs=8, ard=True), 0.3),
+        pytest.param(
+            lambda: ExactGP(optimizer="lbfgs", epochs=8, ard=True), 0.3, marks=pytest.mark.slow
+        ),
         (lambda: ExactGP(optimizer="newton"), 0.4),
         (lambda: SparseGP(inducing=100, iterations=15), 0.4),
         (lambda: RBFNetwork(centres=200), 0.5),
