@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from unmodeled.models.learned.curl_free_gp import CurlFreeGP
+from unmodeled.models.learned.elm import ELM
 from unmodeled.models.learned.exact_gp import ExactGP
 from unmodeled.models.learned.harmonic_gp import HarmonicGP
 from unmodeled.models.learned.harmonic_least_squares import (
@@ -17,6 +19,7 @@ from unmodeled.models.learned.nearest_neighbour import NearestNeighbour
 from unmodeled.models.learned.point_mass import PointMassOnly
 from unmodeled.models.learned.rbf_network import RBFNetwork
 from unmodeled.models.learned.residual import Residual
+from unmodeled.models.learned.sparse_gp import SparseGP
 from unmodeled.models.learned.spectral_mlp import SpectralMLP
 
 
@@ -41,6 +44,12 @@ LEARNER_FACTORIES: dict[str, LearnerFactory] = {
         lambda: ExactGP(optimizer="lbfgs", noise_floor=1e-6),
         score=1e-3,
     ),
+    "exact_gp(matern52, ard)": LearnerFactory(
+        lambda: ExactGP(epochs=10, kernel="matern52", ard=True), score=1e-3
+    ),
+    "exact_gp(position noise)": LearnerFactory(
+        lambda: ExactGP(epochs=5, position_noise=True), score=1e-4
+    ),
     "spectral_mlp": LearnerFactory(lambda: SpectralMLP(layers=3, width=32, epochs=300), score=0.1),
     "rbf_network": LearnerFactory(RBFNetwork, score=5e-3),
     "nearest_neighbour": LearnerFactory(NearestNeighbour, score=0.2, continuous=False),
@@ -50,5 +59,14 @@ LEARNER_FACTORIES: dict[str, LearnerFactory] = {
     "fitted_point_mass": LearnerFactory(FittedPointMass, score=2e-2),
     "harmonic_least_squares": LearnerFactory(lambda: HarmonicLeastSquares(degree=5), score=1e-8),
     "harmonic_gp": LearnerFactory(HarmonicGP, score=1e-8, uncertain_at=0.7),
+    "curl_free_gp": LearnerFactory(
+        # as for lbfgs above; the steps from a grid's start end early on clean data
+        lambda: CurlFreeGP(iterations=10, noise_floor=1e-6),
+        score=1e-3,
+    ),
+    "sparse_gp": LearnerFactory(
+        lambda: SparseGP(inducing=60, iterations=10, noise_floor=1e-6), score=1e-2
+    ),
+    "elm": LearnerFactory(ELM, score=1e-3),
     "zonal_oracle": LearnerFactory(ZonalOracle, score=1e-12),
 }

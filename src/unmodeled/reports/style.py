@@ -52,6 +52,9 @@ _KINDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "zonal_oracle": ("#8A8A2B", "*"),
         "point_mass": ("#4B5563", "X"),
         "fitted_point_mass": ("#8D99A6", "P"),
+        "curl_free_gp": ("#56B4E9", "8"),
+        "sparse_gp": ("#117733", "<"),
+        "elm": ("#661100", ">"),
     }
 )
 # For kinds that this table does not know yet: by the name, so that it is the same on every page.

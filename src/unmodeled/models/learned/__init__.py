@@ -1,6 +1,8 @@
 """Learners: one contract, one file each."""
 
 from unmodeled.models.learned.batch import fit_batch, stack_members
+from unmodeled.models.learned.curl_free_gp import CurlFreeGP
+from unmodeled.models.learned.elm import ELM
 from unmodeled.models.learned.exact_gp import ExactGP
 from unmodeled.models.learned.harmonic_gp import HarmonicGP
 from unmodeled.models.learned.harmonic_least_squares import (
@@ -8,6 +10,7 @@ from unmodeled.models.learned.harmonic_least_squares import (
     HarmonicLeastSquares,
     ZonalOracle,
 )
+from unmodeled.models.learned.input_features import InputFeatures
 from unmodeled.models.learned.learner import (
     Learner,
     NoiseLevel,
@@ -21,13 +24,17 @@ from unmodeled.models.learned.nearest_neighbour import NearestNeighbour
 from unmodeled.models.learned.point_mass import PointMassOnly
 from unmodeled.models.learned.rbf_network import RBFNetwork
 from unmodeled.models.learned.residual import Residual
+from unmodeled.models.learned.sparse_gp import SparseGP
 from unmodeled.models.learned.spectral_mlp import SpectralMLP
 
 __all__ = [
+    "ELM",
+    "CurlFreeGP",
     "ExactGP",
     "FittedPointMass",
     "HarmonicGP",
     "HarmonicLeastSquares",
+    "InputFeatures",
     "Learner",
     "NearestNeighbour",
     "NoiseLevel",
@@ -35,6 +42,7 @@ __all__ = [
     "Progress",
     "RBFNetwork",
     "Residual",
+    "SparseGP",
     "SpectralMLP",
     "ZonalOracle",
     "fit_batch",

@@ -1,4 +1,4 @@
-"""Squared distances of scaled positions, for the kernels."""
+"""Squared distances of scaled inputs, for the kernels."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ __all__ = ["squared_distances"]
 
 
 def squared_distances(x: Array, z: Array) -> Array:
-    """Return squared distances (m, n) of positions ``x`` (m, 3) and ``z`` (n, 3).
+    """Return squared distances (m, n) of inputs ``x`` (m, d) and ``z`` (n, d).
 
     By differences, since |x|^2 - 2 x.z + |z|^2 cancels; one axis at a time, since an array
-    (m, n, 3) would be the largest of a fit.
+    (m, n, d) would be the largest of a fit.
     """
     square = (x[:, None, 0] - z[None, :, 0]) ** 2
-    for axis in (1, 2):
+    for axis in range(1, x.shape[1]):
         square += (x[:, None, axis] - z[None, :, axis]) ** 2
     return square

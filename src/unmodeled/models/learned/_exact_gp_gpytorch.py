@@ -1,7 +1,8 @@
 """The process of `ExactGP` in gpytorch, with exact algebra.
 
-Hyperparameters travel as an array ``theta`` (4, 3) in scaled units: rows are lengthscale, signal
-variance, noise variance and mean, columns the acceleration components.
+Hyperparameters travel as an array ``theta`` (l + 3, 3) in scaled units: rows are lengthscales
+(l = 1, or one for each input), signal variance, noise variance and mean, columns the acceleration
+components.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 import torch
 
 from unmodeled.core.arrays import Array
-from unmodeled.models.learned._exact_gp_training import JITTERS
+from unmodeled.models.learned._factor import JITTERS
 
 with warnings.catch_warnings():
     # linear_operator compiles two functions on import; who makes warnings errors could not import
@@ -24,43 +25,55 @@ with warnings.catch_warnings():
 
 __all__ = ["GpytorchModel", "exact_algebra"]
 
+_SMOOTHNESS = {"matern12": 0.5, "matern32": 1.5, "matern52": 2.5}
+
 
 class GpytorchModel(gpytorch.models.ExactGP):  # type: ignore[misc]
-    """Three RBF processes as one gpytorch batch, in float64.
+    """Three processes as one gpytorch batch, in float64.
 
     Parameters
     ----------
-    x, t : ndarray (n, 3)
-        Scaled positions and targets.
+    x, t : ndarray (n, d), (n, 3)
+        Scaled inputs and targets.
     noise_floor : float
         Least noise variance, scaled.
+    kernel : str
+        Of `_kernels.KERNELS`.
+    ard : bool
+        Whether each input has its own lengthscale.
     """
 
-    def __init__(self, x: Array, t: Array, noise_floor: float) -> None:
+    def __init__(
+        self, x: Array, t: Array, noise_floor: float, kernel: str = "rbf", ard: bool = False
+    ) -> None:
         batch = torch.Size([3])
         likelihood = gpytorch.likelihoods.GaussianLikelihood(
             batch_shape=batch, noise_constraint=gpytorch.constraints.GreaterThan(noise_floor)
         )
         super().__init__(torch.from_numpy(x), torch.from_numpy(t.T.copy()), likelihood)
         self.mean_module = gpytorch.means.ConstantMean(batch_shape=batch)
-        self.covar_module = gpytorch.kernels.ScaleKernel(
-            gpytorch.kernels.RBFKernel(batch_shape=batch), batch_shape=batch
+        options = {"batch_shape": batch, "ard_num_dims": x.shape[1] if ard else None}
+        base = (
+            gpytorch.kernels.RBFKernel(**options)
+            if kernel == "rbf"
+            else gpytorch.kernels.MaternKernel(nu=_SMOOTHNESS[kernel], **options)
         )
+        self.covar_module = gpytorch.kernels.ScaleKernel(base, batch_shape=batch)
         self.double()  # gpytorch makes float32 parameters by the global default
 
     def forward(self, x: torch.Tensor) -> gpytorch.distributions.MultivariateNormal:
         return gpytorch.distributions.MultivariateNormal(self.mean_module(x), self.covar_module(x))
 
     def set_theta(self, theta: Array) -> None:
-        length, signal, noise, mean = torch.from_numpy(theta)
-        self.covar_module.base_kernel.lengthscale = length[:, None, None]
+        *lengths, signal, noise, mean = torch.from_numpy(theta)
+        self.covar_module.base_kernel.lengthscale = torch.stack(lengths, dim=-1)[:, None, :]
         self.covar_module.outputscale = signal
         self.likelihood.noise = noise[:, None]
         self.mean_module.constant = mean
 
     def theta(self) -> Array:
         rows = (
-            self.covar_module.base_kernel.lengthscale,
+            *self.covar_module.base_kernel.lengthscale.unbind(dim=-1),
             self.covar_module.outputscale,
             self.likelihood.noise,
             self.mean_module.constant,

@@ -2,32 +2,42 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
 import numpy as np
 import scipy.optimize
 
 from unmodeled.core.arrays import Array
-from unmodeled.models.learned._exact_gp_likelihood import Likelihood
+from unmodeled.models.learned._exact_gp_likelihood import Evaluation, Indices
 from unmodeled.models.learned.learner import Progress
 
-__all__ = ["maximise"]
+__all__ = ["Objective", "maximise"]
+
+
+class Objective(Protocol):
+    """Negative log likelihoods of some problems, e.g. a `Likelihood`."""
+
+    def __call__(self, log_theta: Array, *, which: Indices) -> Evaluation:
+        """Evaluate problems ``which`` (k,) at ``log_theta`` (k, q)."""
+        ...
 
 
 def maximise(
-    likelihood: Likelihood,
+    likelihood: Objective,
     start: Array,
     limits: tuple[Array, Array],
     iterations: int,
     progress: Progress,
 ) -> tuple[Array, Array, Array]:
-    """Return the most likely points (k, 3), their values (k,) and means (k,).
+    """Return the most likely points (k, q), their values (k,) and means (k,).
 
     Parameters
     ----------
-    likelihood : Likelihood
+    likelihood : Objective
         Of k components.
-    start : ndarray (k, 3)
-        Logarithms of lengthscale, signal and noise variance at which each starts.
-    limits : tuple of ndarray (3,)
+    start : ndarray (k, q)
+        Logarithms of lengthscales, signal and noise variance at which each starts.
+    limits : tuple of ndarray (q,)
         Least and largest logarithms.
     iterations : int
         L-BFGS steps for each component at most.
@@ -46,7 +56,7 @@ def maximise(
 
 
 def _maximise_one(
-    likelihood: Likelihood,
+    likelihood: Objective,
     index: int,
     first: Array,
     limits: tuple[Array, Array],
@@ -62,7 +72,7 @@ def _maximise_one(
         value = float(e.value[0])
         if not np.isfinite(value):
             # A step into a singular kernel: worse than all before, so that the search turns.
-            return min(best[0], 1e300) + 1e6, np.zeros(3)
+            return min(best[0], 1e300) + 1e6, np.zeros(len(log_theta))
         if value < best[0]:
             best = (value, log_theta.copy(), float(e.mean[0]))
         return value, e.gradient[0]

@@ -1,4 +1,4 @@
-"""Marginal likelihood of RBF processes with first and second derivatives in closed form.
+"""Marginal likelihood of Gaussian processes, first and second derivatives in closed form.
 
 [Rasmussen2006] Eqs. 5.8 and 5.9, and their derivative.  One Cholesky factorisation and one
 inverse serve the value and the gradient, one more product of matrices the second derivatives.
@@ -19,6 +19,7 @@ import torch
 
 from unmodeled.core.arrays import Array
 from unmodeled.models.learned._distances import squared_distances
+from unmodeled.models.learned._kernels import bend, correlation, steepness
 
 __all__ = ["Evaluation", "Indices", "Likelihood"]
 
@@ -38,9 +39,10 @@ class Evaluation:
     ----------
     value : ndarray (k,)
         Of the scaled targets.
-    gradient : ndarray (k, 3)
-        By the logarithms of lengthscale, signal variance and noise variance.
-    curvature : ndarray (k, 3, 3)
+    gradient : ndarray (k, q)
+        By the logarithms of lengthscales (one, or one for each input), signal variance and noise
+        variance.
+    curvature : ndarray (k, q, q)
         Second derivatives; NaN unless asked for.
     mean : ndarray (k,)
         The constant mean: the given one, or the most likely.
@@ -62,12 +64,16 @@ class Likelihood:
 
     Parameters
     ----------
-    x, t : sequence of ndarray (n, 3)
-        Scaled positions and targets of each data set.
+    x, t : sequence of ndarray (n, d), (n, 3)
+        Scaled inputs and targets of each data set.
     device : torch.device
         Where to compute.
     own : sequence of ndarray (n, 3), optional
         Known noise variances of the samples beside the estimated one, scaled.
+    kernel : str
+        Of `_kernels.KERNELS`.
+    ard : bool
+        Whether each input has its own lengthscale; without second derivatives.
     """
 
     def __init__(
@@ -76,11 +82,15 @@ class Likelihood:
         t: Sequence[Array],
         device: torch.device | None = None,
         own: Sequence[Array] | None = None,
+        kernel: str = "rbf",
+        ard: bool = False,
     ) -> None:
         self._device = device or torch.device("cpu")
-        self._squares = torch.stack([torch.from_numpy(squared_distances(a, a)) for a in x]).to(
-            self._device
-        )
+        self._kernel, self._ard = kernel, ard
+        # Squared distances (b, n, n) once for all, or inputs (b, d, n) where each has its scale.
+        self._geometry = torch.stack(
+            [torch.from_numpy(a.T.copy() if ard else squared_distances(a, a)) for a in x]
+        ).to(self._device)
         self._targets = torch.stack([torch.from_numpy(a.T.copy()) for a in t]).to(self._device)
         self._targets = self._targets.reshape(-1, self._targets.shape[-1])
         self._own = torch.zeros_like(self._targets)
@@ -102,8 +112,8 @@ class Likelihood:
 
         Parameters
         ----------
-        log_theta : ndarray (k, 3)
-            Logarithms of lengthscale, signal variance and noise variance.
+        log_theta : ndarray (k, q)
+            Logarithms of lengthscales, signal variance and noise variance.
         mean : ndarray (k,), optional
             Constant means; without them each is at its most likely value.
         which : ndarray of int (k,), optional
@@ -135,12 +145,21 @@ class Likelihood:
         self, which: Indices, log_theta: Array, mean: Array | None, second: bool
     ) -> tuple[Array, ...]:
         index = torch.from_numpy(which).to(self._device)
-        square = self._squares[index // 3]
+        geometry = self._geometry[index // 3]
         target = self._targets[index]
         n = self.samples
-        length, signal, noise = torch.from_numpy(np.exp(log_theta)).to(self._device).T
-        scaled = square * (1.0 / length**2)[:, None, None]  # squared distances per lengthscale
-        smooth = torch.add(signal.log()[:, None, None], scaled, alpha=-0.5).exp_()
+        theta = torch.from_numpy(np.exp(log_theta)).to(self._device)
+        lengths, signal, noise = theta[:, :-2], theta[:, -2], theta[:, -1]
+        if self._ard:
+            scaled = torch.zeros_like(geometry[:, 0, :, None] - geometry[:, 0, None, :])
+            for j in range(lengths.shape[1]):
+                scaled += _square(geometry[:, j], lengths[:, j])
+        else:  # squared distances per lengthscale
+            scaled = geometry * (1.0 / lengths[:, 0] ** 2)[:, None, None]
+        if self._kernel == "rbf":
+            smooth = torch.add(signal.log()[:, None, None], scaled, alpha=-0.5).exp_()
+        else:
+            smooth = signal[:, None, None] * correlation(self._kernel, scaled, torch.exp)
         kernel = smooth.clone()
         diagonal_noise = noise[:, None] + self._own[index]
         kernel.diagonal(dim1=1, dim2=2).add_(diagonal_noise)
@@ -162,12 +181,17 @@ class Likelihood:
         value = 0.5 * ((residual * weights).sum(dim=1) + logdet + n * math.log(2 * math.pi))
         value = torch.where((info == 0) & value.isfinite(), value, math.inf)
 
-        slope = smooth * scaled  # d kernel / d log lengthscale
+        steep = smooth
+        if self._kernel != "rbf":
+            steep = signal[:, None, None] * steepness(self._kernel, scaled, torch.exp)
         inverse_diagonal = inverse.diagonal(dim1=1, dim2=2)
         trace = inverse_diagonal.sum(dim=1)
-        along = (slope @ weights[:, :, None])[:, :, 0]
-        pairs = [
-            (_inner(inverse, slope), (weights * along).sum(dim=1)),
+        pairs = []
+        for j in range(lengths.shape[1]):  # d kernel / d log lengthscale
+            slope = steep * (_square(geometry[:, j], lengths[:, j]) if self._ard else scaled)
+            along = (slope @ weights[:, :, None])[:, :, 0]
+            pairs.append((_inner(inverse, slope), (weights * along).sum(dim=1)))
+        pairs += [
             # The smooth kernel is the whole one less the noise.
             (
                 n - (diagonal_noise * inverse_diagonal).sum(dim=1),
@@ -176,7 +200,8 @@ class Likelihood:
             (noise * trace, noise * (weights * weights).sum(dim=1)),
         ]
         gradient = 0.5 * torch.stack([a - b for a, b in pairs], dim=1)
-        curvature = torch.full((len(which), 3, 3), math.nan, dtype=torch.float64)
+        size = log_theta.shape[1]
+        curvature = torch.full((len(which), size, size), math.nan, dtype=torch.float64)
         if second:
             curvature = self._curvature(
                 inverse, smooth, scaled, slope, weights, along, rows, noise, diagonal_noise, pairs
@@ -223,14 +248,20 @@ class Likelihood:
         pull = (rows[:, None, :] @ moved)[:, 0]
         forms = forms - pull[:, :, None] * pull[:, None, :] / rows.sum(dim=1)[:, None, None]
         slopes = [a - b for a, b in pairs]
-        # The second derivative by the log of the lengthscale is slope (scaled - 2).
-        bend = torch.mul(slope, scaled, out=product)
-        bends = _inner(inverse, bend) - (weights * (bend @ weights[:, :, None])[:, :, 0]).sum(dim=1)
+        # The second derivative by the log of the lengthscale is slope (bend - 2).
+        bent = torch.mul(slope, bend(self._kernel, scaled), out=product)
+        bends = _inner(inverse, bent) - (weights * (bent @ weights[:, :, None])[:, :, 0]).sum(dim=1)
         bends = bends - 2 * slopes[0]
         zero = torch.zeros_like(bends)
         rest = [bends, slopes[0], zero, slopes[0], slopes[1], zero, zero, zero, slopes[2]]
         second = torch.stack(rest, dim=1).reshape(-1, 3, 3)
         return 0.5 * (second - traces) + forms
+
+
+def _square(x: torch.Tensor, length: torch.Tensor) -> torch.Tensor:
+    """Return squared differences (k, n, n) of one input (k, n) per squared lengthscale (k,)."""
+    x = x / length[:, None]
+    return (x[:, :, None] - x[:, None, :]) ** 2
 
 
 def _inner(a: torch.Tensor, b: torch.Tensor) -> torch.Tensor:

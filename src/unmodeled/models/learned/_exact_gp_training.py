@@ -1,7 +1,8 @@
 """Training of `ExactGP`: from the best start of a grid, by Adam, L-BFGS or Newton's method.
 
-Hyperparameters travel as an array ``theta`` (4, 3) in scaled units: rows are lengthscale, signal
-variance, noise variance and mean, columns the acceleration components.
+Hyperparameters travel as an array ``theta`` (l + 3, 3) in scaled units: rows are lengthscales
+(l = 1, or one for each input), signal variance, noise variance and mean, columns the acceleration
+components.
 """
 
 from __future__ import annotations
@@ -16,12 +17,10 @@ from unmodeled.models.learned._distances import squared_distances
 from unmodeled.models.learned._exact_gp_lbfgs import maximise
 from unmodeled.models.learned._exact_gp_likelihood import Likelihood
 from unmodeled.models.learned._exact_gp_newton import minimise
+from unmodeled.models.learned._kernels import correlation
 from unmodeled.models.learned.learner import Progress
 
-__all__ = ["JITTERS", "adam", "best_start", "optimum"]
-
-#: Shares of the signal variance added to a kernel matrix that Cholesky refuses, in turn.
-JITTERS = (0.0, *(10.0**e for e in range(-10, -3)))
+__all__ = ["adam", "best_start", "limits", "optimum"]
 
 #: The grid of starts, in scaled units: lengthscales, and noise variance per signal variance.
 _LENGTHS = (0.3, 1.0, 3.0)
@@ -37,7 +36,14 @@ _MOST_CONTRAST = 1e12
 _BETA_1, _BETA_2, _EPSILON = 0.9, 0.999, 1e-8
 
 
-def best_start(x: Array, t: Array, noise_floor: float, known_noise: float) -> Array:
+def best_start(
+    x: Array,
+    t: Array,
+    noise_floor: float,
+    known_noise: float,
+    kernel: str = "rbf",
+    lengths: int = 1,
+) -> Array:
     """Return the most likely hyperparameters of a small grid, by component.
 
     At each lengthscale one eigendecomposition gives the likelihood at every noise level, with
@@ -45,19 +51,23 @@ def best_start(x: Array, t: Array, noise_floor: float, known_noise: float) -> Ar
 
     Parameters
     ----------
-    x, t : ndarray (n, 3)
-        Scaled positions and targets.
+    x, t : ndarray (n, d), (n, 3)
+        Scaled inputs and targets.
     noise_floor : float
         Least noise variance, scaled.
     known_noise : float
         Known noise variance, scaled; 0 if unknown. Replaces the grid's.
+    kernel : str
+        Of `_kernels.KERNELS`.
+    lengths : int
+        How many lengthscales; all start the same.
     """
     step = -(-len(x) // _SAMPLES)
     x, mean = x[::step], t.mean(axis=0)
     square = squared_distances(x, x)
     found = []
     for length in _LENGTHS:
-        values, vectors = np.linalg.eigh(np.exp(-0.5 / length**2 * square))
+        values, vectors = np.linalg.eigh(correlation(kernel, (1.0 / length**2) * square))
         energy = (vectors.T @ (t[::step] - mean)) ** 2
         for ratio in _NOISES:
             # Eigenvalues below the rounding of the largest are noise themselves.
@@ -67,7 +77,12 @@ def best_start(x: Array, t: Array, noise_floor: float, known_noise: float) -> Ar
                 len(x) * np.log(signal) + np.log(total).sum() + (energy / total).sum(0) / signal
             )
             noise = np.full(3, known_noise) if known_noise else ratio * signal
-            theta = [np.full(3, length), signal, np.maximum(noise, 2 * noise_floor), mean]
+            theta = [
+                *np.full((lengths, 3), length),
+                signal,
+                np.maximum(noise, 2 * noise_floor),
+                mean,
+            ]
             found.append((nll, np.stack(theta)))
     best = np.argmin([nll for nll, _ in found], axis=0)
     return np.stack([found[k][1][:, i] for i, k in enumerate(best)], axis=1)
@@ -91,7 +106,7 @@ def adam(
     ----------
     likelihood : Likelihood
         Of ``b`` data sets.
-    starts : sequence of ndarray (4, 3)
+    starts : sequence of ndarray (l + 3, 3)
         ``theta`` at which each begins.
     noise_floor : float
         Least noise variance, scaled.
@@ -102,29 +117,30 @@ def adam(
 
     Returns
     -------
-    list of ndarray (4, 3)
+    list of ndarray (l + 3, 3)
         Infinite where the likelihood cannot be computed even at the start.
     """
     theta = _columns(starts)
-    floor = np.array([0.0, 0.0, noise_floor])
-    raw = np.column_stack([_inverse_softplus(theta[:, :3] - floor), theta[:, 3]])
+    floor = np.zeros(theta.shape[1] - 1)
+    floor[-1] = noise_floor
+    raw = np.column_stack([_inverse_softplus(theta[:, :-1] - floor), theta[:, -1]])
     moment, square = np.zeros_like(raw), np.zeros_like(raw)
     best, kept = np.full(len(raw), np.inf), np.full_like(raw, np.inf)
     active = np.arange(len(raw), dtype=np.int64)
     for epoch in range(epochs + 1):
-        positive = np.logaddexp(raw[active, :3], 0.0) + floor
+        positive = np.logaddexp(raw[active, :-1], 0.0) + floor
         with np.errstate(divide="ignore", over="ignore"):
-            found = likelihood(np.log(positive), raw[active, 3], which=active)
+            found = likelihood(np.log(positive), raw[active, -1], which=active)
         # A component whose kernel turns singular keeps its best epoch and stops.
         healthy = np.isfinite(found.value) & np.isfinite(found.gradient).all(axis=1)
         better = healthy & (found.value < best[active])
         chosen = active[better]
-        kept[chosen] = np.column_stack([positive, raw[active, 3]])[better]
+        kept[chosen] = np.column_stack([positive, raw[active, -1]])[better]
         best[chosen] = found.value[better]
         active, positive = active[healthy], positive[healthy]
         if epoch == epochs or not len(active):
             break
-        slope = expit(raw[active, :3]) / positive
+        slope = expit(raw[active, :-1]) / positive
         gradient = np.column_stack(
             [found.gradient[healthy] * slope, found.mean_gradient[healthy]]
         ) / (likelihood.samples)
@@ -158,13 +174,11 @@ def optimum(
 
     Returns
     -------
-    list of ndarray (4, 3)
+    list of ndarray (l + 3, 3)
         As `adam`.
     """
-    least, most = _SIGNAL_LIMITS
-    signals = (least, max(1.0, min(most, _MOST_CONTRAST * noise_floor)))
-    low, high = np.log([_LENGTH_LIMITS, signals, (noise_floor, _MOST_NOISE)]).T
-    first = np.clip(np.log(_columns(starts)[:, :3]), low, high)
+    low, high = limits(noise_floor, len(starts[0]) - 3)
+    first = np.clip(np.log(_columns(starts)[:, :-1]), low, high)
     if method == "lbfgs":
         point, value, mean = maximise(likelihood, first, (low, high), iterations, progress)
     else:
@@ -181,8 +195,16 @@ def optimum(
     return _thetas(np.where(np.isfinite(value)[:, None], theta, np.inf))
 
 
+def limits(noise_floor: float, lengths: int) -> tuple[Array, Array]:
+    """Return least and largest logarithms of lengthscales, signal and noise variance, scaled."""
+    least, most = _SIGNAL_LIMITS
+    signals = (least, max(1.0, min(most, _MOST_CONTRAST * noise_floor)))
+    low, high = np.log([*[_LENGTH_LIMITS] * lengths, signals, (noise_floor, _MOST_NOISE)]).T
+    return low, high
+
+
 def _columns(thetas: Sequence[Array]) -> Array:
-    """Stack ``theta`` (4, 3) of each data set as rows (3 b, 4), a component a row."""
+    """Stack ``theta`` (l + 3, 3) of each data set as rows (3 b, l + 3), a component a row."""
     return np.concatenate([theta.T for theta in thetas])
 
 

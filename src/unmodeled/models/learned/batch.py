@@ -90,7 +90,7 @@ def fit_batch(
     data = [m._checked_samples(X, y, n) for m, X, y, n in zip(members, Xs, ys, given, strict=True)]
     cores = [_Core(m, *d, n) for m, d, n in zip(members, data, given, strict=True)]
     results: list[Learner | NumericalError] = list(members)
-    groups: dict[tuple[str, int], list[int]] = {}
+    groups: dict[tuple[str, tuple[int, ...]], list[int]] = {}
     for k, core in enumerate(cores):
         groups.setdefault(core.key, []).append(k)
     stacks = [s for g in groups.values() for s in _stacks(g, cores[g[0]], place, threads)]
@@ -102,7 +102,7 @@ def fit_batch(
         for k, error in zip(chosen, errors, strict=True):
             if error is None:
                 cores[k].finish()
-                members[k].n_samples_ = len(data[k][0])
+                members[k].n_samples_, members[k].n_inputs_ = data[k][0].shape
             else:
                 results[k] = error
 
@@ -151,12 +151,12 @@ class _Core:
             self.learner = self.learner._prepared()
             self.X, self.y = self.learner._checked_samples(self.X, self.y, noise)
         own = {k: v for k, v in self.learner.get_params().items() if k not in _OWN}
-        self.key = (f"{type(self.learner).__name__} {own!r}", len(X))
+        self.key = (f"{type(self.learner).__name__} {own!r}", X.shape)
 
     def finish(self) -> None:
         """Put the fitted learner back where it belongs."""
         for shell in self._shells:
-            shell.learner_.n_samples_ = len(self.X)
+            shell.learner_.n_samples_, shell.learner_.n_inputs_ = self.X.shape
 
 
 class _Shares:

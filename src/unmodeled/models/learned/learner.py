@@ -48,9 +48,9 @@ class NoiseLevel:
     position, acceleration : float
         In the units of the samples.
     samples : ndarray (n, 3), optional
-        Of each component of each acceleration, beside ``acceleration``, in the same units. Of the
-        learners `ExactGP`, `HarmonicGP` and `RBFNetwork` weigh their samples; the others take them
-        all alike.
+        Of each component of each acceleration, beside ``acceleration``, in the same units. Weighed
+        by `ExactGP`, `SparseGP`, `CurlFreeGP`, `HarmonicGP`, `RBFNetwork` and `ELM`; the other
+        learners take all samples alike.
     gradient : ndarray (n, 3, 3), optional
         Gravity gradient at the positions of what has been taken off the accelerations: through it
         too noise of the position reaches them. `Residual` gives it.
@@ -76,6 +76,9 @@ class NoiseLevel:
 class Learner(ABC):
     """A map from position (n, 3) to acceleration (n, 3), learned from samples.
 
+    A learner with ``takes_features`` also learns from inputs (n, d), d > 3, whose first three
+    columns are the position (`InputFeatures`); its Jacobian is (n, 3, d).
+
     A subclass names itself, declares its hyperparameters in ``__init__`` (stored unchanged under
     the same names), and gives ``_fit``, ``_predict``, ``_jacobian`` and the array state that
     ``save`` writes.
@@ -84,18 +87,23 @@ class Learner(ABC):
     ----------
     n_samples_ : int
         Number of samples of the last fit; present after ``fit``.
+    n_inputs_ : int
+        Number of input columns of the last fit, 3 for positions alone.
     """
 
     #: Name in configurations, reports and saved files; registers the class.
     name: ClassVar[str] = ""
     #: True if ``predict_covariance`` is available; a wrapper sets it for each object.
     has_covariance: bool = False
+    #: True if inputs beyond the position are taken; a wrapper sets it for each object.
+    takes_features: bool = False
     #: True for a learner that contains the mass itself and is never put on a point mass.
     stands_alone: ClassVar[bool] = False
     #: Fewest samples that ``fit`` accepts.
     min_samples: ClassVar[int] = 4
 
     n_samples_: int
+    n_inputs_: int = 3
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
@@ -124,7 +132,7 @@ class Learner(ABC):
         Parameters
         ----------
         X : ndarray (n, 3)
-            Positions, normalised, in one frame.
+            Positions, normalised, in one frame; or (n, d) inputs, see ``takes_features``.
         y : ndarray (n, 3)
             Accelerations at ``X``, normalised, components in the same frame.
         noise : NoiseLevel, optional
@@ -146,11 +154,11 @@ class Learner(ABC):
         noise = noise or NoiseLevel()
         X, y = self._checked_samples(X, y, noise)
         self._fit(X, y, noise, progress or (lambda share: None))
-        self.n_samples_ = len(X)
+        self.n_samples_, self.n_inputs_ = X.shape
         return self
 
     def _checked_samples(self, X: Array, y: Array, noise: NoiseLevel) -> tuple[Array, Array]:
-        X = as_array(X, ("n", 3), "X")
+        X = self._checked_inputs(X)
         y = as_array(y, ("n", 3), "y")
         if len(X) != len(y):
             raise DataError(
@@ -168,6 +176,16 @@ class Learner(ABC):
                 allowed="a noise level for each sample",
             )
         return X, y
+
+    def _checked_inputs(self, X: Array) -> Array:
+        columns = np.shape(X)[1] if np.ndim(X) == 2 else 3
+        if columns > 3 and not self.takes_features:
+            raise DataError(
+                f"X has shape {np.shape(X)}, and {self.name} learns from the position alone",
+                allowed="shape (n, 3)",
+                do="use a general learner, e.g. exact_gp or elm, for inputs beyond the position",
+            )
+        return as_array(X, ("n", max(columns, 3)), "X")
 
     def predict(self, X: Array) -> Array:
         """Return accelerations (n, 3) at positions ``X`` (n, 3)."""
@@ -207,6 +225,7 @@ class Learner(ABC):
             "name": self.name,
             "params": self._params_for_json(),
             "n_samples": self.n_samples_,
+            "n_inputs": self.n_inputs_,
             "context": context or {},
         }
         arrays = {k: np.ascontiguousarray(v) for k, v in self._arrays().items()}
@@ -271,7 +290,7 @@ class Learner(ABC):
 
     def _checked(self, X: Array) -> Array:
         self._require_fitted()
-        return as_array(X, ("n", 3), "X")
+        return as_array(X, ("n", self.n_inputs_), "X")
 
     def __repr__(self) -> str:
         inner = ", ".join(f"{k}={v!r}" for k, v in self.get_params().items())
@@ -309,6 +328,7 @@ def load_learner(path: Path | str) -> Learner:
         learner = learner_class(header["name"])._from_params(header["params"])
         learner._restore(arrays)
         learner.n_samples_ = int(header["n_samples"])
+        learner.n_inputs_ = int(header.get("n_inputs", 3))  # files of before them have none
     except (KeyError, TypeError, ValueError, IndexError) as exc:
         raise DataError(
             f"{path} holds an incomplete learner ({type(exc).__name__}: {exc})",

@@ -37,10 +37,10 @@ class RBFNetwork(Learner):
 
     Attributes
     ----------
-    centres_ : ndarray (k, 3)
-        Positions of the centres, in units of length.
+    centres_ : ndarray (k, d)
+        Centres, in the units of the inputs.
     width_ : float
-        In units of length.
+        In units of length, for the position.
     rank_ : int
         Number of singular values kept, of k.
 
@@ -56,6 +56,7 @@ class RBFNetwork(Learner):
     """
 
     name: ClassVar[str] = "rbf_network"
+    takes_features = True
 
     centres_: Array
     width_: float
@@ -84,15 +85,15 @@ class RBFNetwork(Learner):
 
     def _set_state(self, scaling: Standardiser, centres: Array, width: float) -> None:
         self._scaling, self._centres, self._width = scaling, centres, width
-        self.centres_ = scaling.x_mean + scaling.x_scale * centres
+        self.centres_ = scaling.x_mean + scaling.x_scales * centres
         self.width_ = width * scaling.x_scale
 
     def _shares(self, x: Array) -> Array:
-        """Normalised Gaussians (m, k) at scaled positions ``x`` (m, 3); rows sum to one."""
+        """Normalised Gaussians (m, k) at scaled inputs ``x`` (m, d); rows sum to one."""
         # |x|^2 is common to a row and drops out of the softmax; left in, it would cancel only
         # to rounding, which far away is larger than the differences that count.
         c = self._centres
-        products = sum(x[:, None, i] * c[None, :, i] for i in range(3))
+        products = sum(x[:, None, i] * c[None, :, i] for i in range(c.shape[1]))
         logits = (products - 0.5 * (c**2).sum(axis=1)) / self._width**2
         logits -= logits.max(axis=1, keepdims=True)
         shares = np.exp(logits)
@@ -110,8 +111,9 @@ class RBFNetwork(Learner):
         mean = (shares[:, None, :] * self._centres.T).sum(axis=-1)
         offset = self._centres.T - mean[:, :, None]
         weighted = shares[:, None, :] * self._weights
-        slopes = [(weighted * offset[:, None, j, :]).sum(axis=-1) for j in range(3)]
-        return self._scaling.slope * np.stack(slopes, axis=-1) / self._width**2
+        slopes = [(weighted * offset[:, None, j, :]).sum(axis=-1) for j in range(X.shape[1])]
+        jacobian: Array = self._scaling.slopes * np.stack(slopes, axis=-1) / self._width**2
+        return jacobian
 
     def facts(self) -> dict[str, float | str]:
         """Return number of centres, width, rank and the largest weight (acceleration units)."""

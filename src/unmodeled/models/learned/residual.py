@@ -51,6 +51,7 @@ class Residual(Learner):
         self.learner = learner
         self.gm = gm
         self.has_covariance = learner.has_covariance
+        self.takes_features = learner.takes_features
 
     def _fit(self, X: Array, y: Array, noise: NoiseLevel, progress: Progress) -> None:
         inner = self._rest_noise(X, noise)
@@ -58,11 +59,11 @@ class Residual(Learner):
 
     def _rest(self, X: Array, y: Array) -> Array:
         """Return what the point mass leaves of ``y`` (n, 3)."""
-        return y - self._baseline().fit(X, y).predict(X)
+        return y - self._baseline().fit(X[:, :3], y).predict(X[:, :3])
 
     def _rest_noise(self, X: Array, noise: NoiseLevel) -> NoiseLevel:
         """Return the noise of what is left: position noise still acts on the whole field."""
-        own = self._baseline()._jacobian(X)
+        own = self._baseline()._jacobian(X[:, :3])
         return replace(noise, gradient=own if noise.gradient is None else own + noise.gradient)
 
     def _prepared(self) -> Learner:
@@ -74,10 +75,12 @@ class Residual(Learner):
         return PointMassOnly(self.gm)
 
     def _predict(self, X: Array) -> Array:
-        return self._baseline()._predict(X) + self.learner_.predict(X)
+        return self._baseline()._predict(X[:, :3]) + self.learner_.predict(X)
 
     def _jacobian(self, X: Array) -> Array:
-        return self._baseline()._jacobian(X) + self.learner_.jacobian(X)
+        jacobian = np.array(self.learner_.jacobian(X))
+        jacobian[:, :, :3] += self._baseline()._jacobian(X[:, :3])
+        return jacobian
 
     def _predict_covariance(self, X: Array) -> Array:
         return self.learner_.predict_covariance(X)
@@ -90,12 +93,16 @@ class Residual(Learner):
 
     def _arrays(self) -> dict[str, Array]:
         inner = {f"learner.{key}": array for key, array in self.learner_._arrays().items()}
-        return inner | {"learner_samples": np.array([float(self.learner_.n_samples_)])}
+        return inner | {
+            "learner_samples": np.array([self.learner_.n_samples_, self.learner_.n_inputs_], float)
+        }
 
     def _restore(self, arrays: dict[str, Array]) -> None:
         self.learner_ = _copy(self.learner)
         self.learner_._restore({key.removeprefix("learner."): a for key, a in arrays.items()})
-        self.learner_.n_samples_ = int(arrays["learner_samples"][0])
+        samples, *inputs = (int(number) for number in arrays["learner_samples"])
+        self.learner_.n_samples_ = samples
+        self.learner_.n_inputs_ = inputs[0] if inputs else 3  # files of before them have none
 
     def _params_for_json(self) -> dict[str, Any]:
         inner = {"name": self.learner.name, "params": self.learner._params_for_json()}

@@ -34,6 +34,10 @@ _MEASURED: dict[str, tuple[tuple[float, ...], tuple[float, ...], tuple[float, ..
     "zonal_oracle": ((0.013, 0.014, 0.017), (), (527, 527, 528)),
     "point_mass": ((0.011, 0.011, 0.012), (), (524, 525, 524)),
     "fitted_point_mass": ((0.015, 0.013, 0.015), (), (526, 527, 526)),
+    # Refuses 2,375 samples by default: time times 2.5^3 and memory by guess, not measured.
+    "curl_free_gp": ((1.02, 45.5, 711.0), (), (544, 859, 2600)),
+    "sparse_gp": ((1.02, 4.19, 10.2), (), (526, 535, 549)),
+    "elm": ((0.023, 0.042, 0.072), (), (520, 529, 531)),
 }
 # A flight evaluates the learner some 1,300 times a period: a guess for the dry run, not measured
 # a learner at a time.
