@@ -108,12 +108,13 @@ class HarmonicGP(Learner):
         with one_thread():
             if noise.position:
                 # Mass and centre of mass alone give the gradient to start from.
-                self._adopt(_search(self, X, y, None, range(1, 2), lambda share: None))
+                self._adopt(_search(self, X, y, None, range(1, 2), lambda share: None, False))
             for k in range(passes):
                 root = self._noise_root(places, noise)
                 degrees = range(self.least_degree, self.degree + 1)
                 tell = partial(_part, progress, k, passes)
-                self._adopt(_search(self, places, data, root, degrees, tell))
+                last = k == passes - 1
+                self._adopt(_search(self, places, data, root, degrees, tell, last))
                 if noise.position and noise.gradient is None:
                     places = self._likely_places(X, y, places, noise)
                     # Seen from there, y = a(places) + G (X - places) + noise, G of this fit: with
@@ -349,6 +350,7 @@ def _search(
     root: Array | None,
     degrees: range,
     progress: Progress,
+    average: bool,
 ) -> Posterior:
     """Add up the data and maximise the evidence."""
     top = degrees.stop - 1
@@ -371,7 +373,7 @@ def _search(
             yield np.concatenate(list(equations), axis=1)
 
     sums = Sums.of(chunks(), log_weight)
-    return fit_prior(sums, (learner.flat_degree + 1) ** 2, degrees, progress)
+    return fit_prior(sums, (learner.flat_degree + 1) ** 2, degrees, progress, average=average)
 
 
 def _part(progress: Progress, k: int, passes: int, share: float) -> None:
