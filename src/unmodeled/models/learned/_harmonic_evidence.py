@@ -23,11 +23,11 @@ _RATIOS = np.linspace(math.log(1e-12), math.log(1e34), 93)
 _ATTENUATIONS = np.log(np.geomspace(0.2, 1.0, 8))
 #: Amplitudes s q^2 at degree 2 over which the posterior is averaged, log-uniform: from rounder than
 #: any small body to a field that no body within the reference sphere exceeds.
-_AMPLITUDES = np.log(np.geomspace(1e-3, 1.0, 13))
+_AMPLITUDES = np.log(np.geomspace(4e-3, 1.0, 12))
 #: Share of the best weight below which a prior is left out of the average.
 _LEAST_WEIGHT = 0.01
 #: Log evidence by which a higher degree may fall short of the best and still be taken.
-_DEGREE_MARGIN = 3.0
+_DEGREE_MARGIN = 10.0
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ def fit_prior(
     free : int
         Number of columns with a flat prior.
     degrees : range
-        Degrees to choose from. The highest within a log evidence of 3 of the best is taken:
+        Degrees to choose from. The highest within a log evidence of 10 of the best is taken:
         a degree too low makes the covariance too small, one too high costs nothing.
     average : bool
         Average mean and covariance over the priors of this degree by their evidence (`_average`);

@@ -28,6 +28,8 @@ __all__ = ["HarmonicGP"]
 _CHUNK = 2048
 #: Fits with the gradient of the fit before, where positions are noisy.
 _PASSES = 6
+#: Position noise over median radius above which positions are not improved.
+_BLUNT = 0.2
 #: Farthest that a position is moved from where it was observed, standard deviations.
 _REACH = 5.0
 
@@ -103,10 +105,16 @@ class HarmonicGP(Learner):
 
     def _fit(self, X: Array, y: Array, noise: NoiseLevel, progress: Progress) -> None:
         self._check()
-        passes = _PASSES if noise.position else 1
+        # Places so uncertain that no linear step from them means anything are left where they
+        # are, and weighted by the gradient of the reference mass.
+        blunt = noise.position > _BLUNT * float(np.median(np.linalg.norm(X, axis=1)))
+        moving = noise.position > 0 and not blunt
+        passes = _PASSES if moving else 1
         places, data = X, y
         with one_thread():
-            if noise.position:
+            if blunt:
+                self._adopt(_reference())
+            elif moving:
                 # Mass and centre of mass alone give the gradient to start from.
                 self._adopt(_search(self, X, y, None, range(1, 2), lambda share: None, False))
             for k in range(passes):
@@ -115,7 +123,7 @@ class HarmonicGP(Learner):
                 tell = partial(_part, progress, k, passes)
                 last = k == passes - 1
                 self._adopt(_search(self, places, data, root, degrees, tell, last))
-                if noise.position and noise.gradient is None:
+                if moving and noise.gradient is None:
                     places = self._likely_places(X, y, places, noise)
                     # Seen from there, y = a(places) + G (X - places) + noise, G of this fit: with
                     # G free in the next one, steep fields would be preferred.
@@ -374,6 +382,13 @@ def _search(
 
     sums = Sums.of(chunks(), log_weight)
     return fit_prior(sums, (learner.flat_degree + 1) ** 2, degrees, progress, average=average)
+
+
+def _reference() -> Posterior:
+    """Return the reference mass alone, as known."""
+    mean = np.zeros(4)
+    mean[0] = 1.0
+    return Posterior(1, 0.0, 0.0, 0.0, 0.0, mean, np.zeros((4, 4)))
 
 
 def _part(progress: Progress, k: int, passes: int, share: float) -> None:
