@@ -39,10 +39,13 @@ class HarmonicGP(Learner):
 
     The potential is :math:`\frac{GM}{R}\sum c_{nm} (R/r)^{n+1} \bar Y_{nm}` to a degree N, with
     independent coefficients of prior variance :math:`s^2 q^{2n}`: the covariance of two
-    potentials is the Abel-Poisson kernel cut off at N ([Moritz1980]; q is the radius
-    of the Bjerhammar sphere over R). Degrees 0 and 1, mass and centre of mass, have a flat prior:
+    potentials is :math:`s^2/q^2` times the Abel-Poisson kernel cut off at N ([Moritz1980]; q is
+    the radius of the Bjerhammar sphere over R; the factor 2n + 1 of the kernel comes from the
+    addition theorem). Degrees 0 and 1, mass and centre of mass, have a flat prior:
     they differ from the reference by amounts that the higher degrees say nothing of. Degree, q, s
-    and the noise maximise the evidence with the flat ones integrated out.
+    and the noise maximise the evidence with the flat ones integrated out. Mean and covariance are
+    then averaged over q and the amplitude s q^2 at degree 2 (log-uniform, 0.004 to 1): the best
+    prior alone made the 95 % band hold 84 % of accelerations.
 
     Data are added up in chunks to a triangle of (N + 1)^4 / 2 numbers: memory does not grow with
     their number, and one pass serves all hyperparameters and degrees.
@@ -51,7 +54,9 @@ class HarmonicGP(Learner):
     levels and the gravity gradient G of the fit, repeated; the factor is estimated, 1 if the
     statement is right. The 2 stands for independent draws: one of the observed position, one of
     the position whose acceleration was observed. Without stated noise it is :math:`\sigma^2 I`.
-    With noisy positions the field is fitted at the positions that it makes most likely.
+    With noisy positions the field is fitted at the positions that it makes most likely; where
+    noise is above a fifth of the median radius, at the observed ones, weighted by the gradient of
+    the reference mass, and the band is too narrow.
 
     Parameters
     ----------
@@ -113,7 +118,7 @@ class HarmonicGP(Learner):
         places, data = X, y
         with one_thread():
             if blunt:
-                self._adopt(_reference())
+                self._adopt(_reference(1.0 if noise.gradient is None else 0.0))
             elif moving:
                 # Mass and centre of mass alone give the gradient to start from.
                 self._adopt(_search(self, X, y, None, range(1, 2), lambda share: None, False))
@@ -384,10 +389,9 @@ def _search(
     return fit_prior(sums, (learner.flat_degree + 1) ** 2, degrees, progress, average=average)
 
 
-def _reference() -> Posterior:
-    """Return the reference mass alone, as known."""
-    mean = np.zeros(4)
-    mean[0] = 1.0
+def _reference(mass: float) -> Posterior:
+    """Return the reference mass alone, as known; nothing where it has been taken off."""
+    mean = np.array([mass, 0.0, 0.0, 0.0])
     return Posterior(1, 0.0, 0.0, 0.0, 0.0, mean, np.zeros((4, 4)))
 
 
