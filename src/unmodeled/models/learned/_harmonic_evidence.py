@@ -21,8 +21,13 @@ _RATIOS = np.linspace(math.log(1e-12), math.log(1e34), 93)
 #: Attenuation of the prior with each degree, coarse; refined around the best. A body whose matter
 #: all lay within 0.2 of its radius would be a point mass.
 _ATTENUATIONS = np.log(np.geomspace(0.2, 1.0, 8))
+#: Amplitudes s q^2 at degree 2 over which the posterior is averaged, log-uniform: from rounder than
+#: any small body to a field that no body within the reference sphere exceeds.
+_AMPLITUDES = np.log(np.geomspace(4e-3, 1.0, 12))
+#: Share of the best weight below which a prior is left out of the average.
+_LEAST_WEIGHT = 0.01
 #: Log evidence by which a higher degree may fall short of the best and still be taken.
-_DEGREE_MARGIN = 3.0
+_DEGREE_MARGIN = 10.0
 
 
 @dataclass(frozen=True)
@@ -111,7 +116,12 @@ class Posterior:
 
 
 def fit_prior(
-    sums: Sums, free: int, degrees: range, progress: Callable[[float], None]
+    sums: Sums,
+    free: int,
+    degrees: range,
+    progress: Callable[[float], None],
+    *,
+    average: bool = True,
 ) -> Posterior:
     """Maximise the evidence over degree, attenuation, amplitude and noise.
 
@@ -125,8 +135,11 @@ def fit_prior(
     free : int
         Number of columns with a flat prior.
     degrees : range
-        Degrees to choose from. The highest within a log evidence of 3 of the best is taken:
+        Degrees to choose from. The highest within a log evidence of 10 of the best is taken:
         a degree too low makes the covariance too small, one too high costs nothing.
+    average : bool
+        Average mean and covariance over the priors of this degree by their evidence (`_average`);
+        else take those of the best one.
     """
     found = []
     for degree in degrees:
@@ -144,11 +157,30 @@ def fit_prior(
     )
     evidence, log_q, amplitude, noise = _profile(sums, free, degree, float(result.x))
     mean, root = _solve(sums, free, degree, math.exp(log_q), amplitude, noise)
+    if average:
+        mean, root = _average(sums, free, degree, noise, mean, root)
     return Posterior(degree, math.exp(log_q), amplitude, noise, evidence, mean, root)
 
 
 def _profile(sums: Sums, free: int, degree: int, log_q: float) -> tuple[float, float, float, float]:
     """Return evidence, log q, s and sigma, the last two at their best for this q."""
+    scores, largest = _scorer(sums, free, degree, log_q)
+    grid = _RATIOS - (math.log(largest) if largest > 0 else 0.0)
+    for _ in range(3):
+        values, variances = scores(grid)
+        k = int(np.argmin(values))
+        best = float(values[k]), float(grid[k]), float(variances[k])
+        grid = np.linspace(grid[max(k - 1, 0)], grid[min(k + 1, len(grid) - 1)], 21)
+    pivots = np.abs(np.diag(sums.triangle)[:free])
+    log_free = float(np.log(np.maximum(pivots, 1e-300)).sum())
+    evidence = -0.5 * best[0] - log_free + sums.log_weight
+    return evidence, log_q, math.sqrt(math.exp(best[1]) * best[2]), math.sqrt(best[2])
+
+
+def _scorer(
+    sums: Sums, free: int, degree: int, log_q: float
+) -> tuple[Callable[[Array], tuple[Array, Array]], float]:
+    """Return -2 log evidence and noise variance as a function of log (s / sigma)^2, and a scale."""
     size = (degree + 1) ** 2
     rows = min(size, len(sums.triangle))
     spread = np.exp(log_q * column_degrees(degree)[free:])
@@ -163,23 +195,48 @@ def _profile(sums: Sums, free: int, degree: int, log_q: float) -> tuple[float, f
     # Accelerations are rounded: no noise is smaller than that.
     floor = (np.finfo(float).eps * sums.scale) ** 2
 
-    def minus_two_log(log_ratio: Array) -> tuple[Array, Array]:
+    def scores(log_ratio: Array) -> tuple[Array, Array]:
         shrunk = 1.0 + np.exp(log_ratio)[:, None] * square
         energy = rest + (along / shrunk).sum(axis=1)
         variance = np.maximum(energy / freedom, floor)
         value = freedom * np.log(2 * np.pi * variance) + energy / variance
         return value + np.log(shrunk).sum(axis=1), variance
 
-    grid = _RATIOS - (math.log(square.max()) if len(square) and square.max() > 0 else 0.0)
-    for _ in range(3):
-        values, variances = minus_two_log(grid)
-        k = int(np.argmin(values))
-        best = float(values[k]), float(grid[k]), float(variances[k])
-        grid = np.linspace(grid[max(k - 1, 0)], grid[min(k + 1, len(grid) - 1)], 21)
-    pivots = np.abs(np.diag(sums.triangle)[:free])
-    log_free = float(np.log(np.maximum(pivots, 1e-300)).sum())
-    evidence = -0.5 * best[0] - log_free + sums.log_weight
-    return evidence, log_q, math.sqrt(math.exp(best[1]) * best[2]), math.sqrt(best[2])
+    return scores, float(square.max()) if len(square) else 0.0
+
+
+def _average(
+    sums: Sums, free: int, degree: int, noise: float, best_mean: Array, best_root: Array
+) -> tuple[Array, Array]:
+    """Return mean and root of the covariance averaged over attenuation and amplitude.
+
+    One prior, the most likely, takes an amplitude that the data hardly see for certain: where it
+    comes out as nothing, the band would be that of a point mass. Mean and covariance are those
+    of the mixture, its weights the evidence times a log-uniform prior.
+    """
+    found = []
+    for log_q in _ATTENUATIONS:
+        log_ratios = 2.0 * (_AMPLITUDES - 2.0 * log_q - math.log(noise))
+        value, variances = _scorer(sums, free, degree, float(log_q))[0](log_ratios)
+        found += [
+            (-0.5 * float(v), math.exp(log_q), math.exp(0.5 * float(r)) * math.sqrt(var), var)
+            for v, r, var in zip(value, log_ratios, variances, strict=True)
+        ]
+    top = max(f[0] for f in found)
+    kept = [f for f in found if f[0] >= top + math.log(_LEAST_WEIGHT)]
+    weights = np.exp([f[0] - top for f in kept])
+    weights /= weights.sum()
+    solved = [_solve(sums, free, degree, q, s, math.sqrt(var)) for _, q, s, var in kept]
+    if len(solved) == 1:
+        return solved[0]
+    # About the best one: differences of nearly equal means are exact.
+    shifts = np.stack([mean - best_mean for mean, _ in solved], axis=1)
+    shift = shifts @ weights
+    parts = [math.sqrt(w) * root for w, (_, root) in zip(weights, solved, strict=True)]
+    parts.append(np.sqrt(weights) * (shifts - shift[:, None]))
+    # The sum of the covariances, without forming it: that would lose half of the digits.
+    triangle = scipy.linalg.qr(np.concatenate(parts, axis=1).T, mode="r")[0]
+    return best_mean + shift, np.array(np.triu(triangle[: len(best_root)]).T)
 
 
 def _solve(

@@ -28,6 +28,8 @@ __all__ = ["HarmonicGP"]
 _CHUNK = 2048
 #: Fits with the gradient of the fit before, where positions are noisy.
 _PASSES = 6
+#: Position noise over median radius above which positions are not improved.
+_BLUNT = 0.2
 #: Farthest that a position is moved from where it was observed, standard deviations.
 _REACH = 5.0
 
@@ -37,10 +39,13 @@ class HarmonicGP(Learner):
 
     The potential is :math:`\frac{GM}{R}\sum c_{nm} (R/r)^{n+1} \bar Y_{nm}` to a degree N, with
     independent coefficients of prior variance :math:`s^2 q^{2n}`: the covariance of two
-    potentials is the Abel-Poisson kernel cut off at N ([Moritz1980]; q is the radius
-    of the Bjerhammar sphere over R). Degrees 0 and 1, mass and centre of mass, have a flat prior:
+    potentials is :math:`s^2/q^2` times the Abel-Poisson kernel cut off at N ([Moritz1980]; q is
+    the radius of the Bjerhammar sphere over R; the factor 2n + 1 of the kernel comes from the
+    addition theorem). Degrees 0 and 1, mass and centre of mass, have a flat prior:
     they differ from the reference by amounts that the higher degrees say nothing of. Degree, q, s
-    and the noise maximise the evidence with the flat ones integrated out.
+    and the noise maximise the evidence with the flat ones integrated out. Mean and covariance are
+    then averaged over q and the amplitude s q^2 at degree 2 (log-uniform, 0.004 to 1): the best
+    prior alone made the 95 % band hold 84 % of accelerations.
 
     Data are added up in chunks to a triangle of (N + 1)^4 / 2 numbers: memory does not grow with
     their number, and one pass serves all hyperparameters and degrees.
@@ -49,7 +54,9 @@ class HarmonicGP(Learner):
     levels and the gravity gradient G of the fit, repeated; the factor is estimated, 1 if the
     statement is right. The 2 stands for independent draws: one of the observed position, one of
     the position whose acceleration was observed. Without stated noise it is :math:`\sigma^2 I`.
-    With noisy positions the field is fitted at the positions that it makes most likely.
+    With noisy positions the field is fitted at the positions that it makes most likely; where
+    noise is above a fifth of the median radius, at the observed ones, weighted by the gradient of
+    the reference mass, and the band is too narrow.
 
     Parameters
     ----------
@@ -103,18 +110,25 @@ class HarmonicGP(Learner):
 
     def _fit(self, X: Array, y: Array, noise: NoiseLevel, progress: Progress) -> None:
         self._check()
-        passes = _PASSES if noise.position else 1
+        # Places so uncertain that no linear step from them means anything are left where they
+        # are, and weighted by the gradient of the reference mass.
+        blunt = noise.position > _BLUNT * float(np.median(np.linalg.norm(X, axis=1)))
+        moving = noise.position > 0 and not blunt
+        passes = _PASSES if moving else 1
         places, data = X, y
         with one_thread():
-            if noise.position:
+            if blunt:
+                self._adopt(_reference(1.0 if noise.gradient is None else 0.0))
+            elif moving:
                 # Mass and centre of mass alone give the gradient to start from.
-                self._adopt(_search(self, X, y, None, range(1, 2), lambda share: None))
+                self._adopt(_search(self, X, y, None, range(1, 2), lambda share: None, False))
             for k in range(passes):
                 root = self._noise_root(places, noise)
                 degrees = range(self.least_degree, self.degree + 1)
                 tell = partial(_part, progress, k, passes)
-                self._adopt(_search(self, places, data, root, degrees, tell))
-                if noise.position and noise.gradient is None:
+                last = k == passes - 1
+                self._adopt(_search(self, places, data, root, degrees, tell, last))
+                if moving and noise.gradient is None:
                     places = self._likely_places(X, y, places, noise)
                     # Seen from there, y = a(places) + G (X - places) + noise, G of this fit: with
                     # G free in the next one, steep fields would be preferred.
@@ -349,6 +363,7 @@ def _search(
     root: Array | None,
     degrees: range,
     progress: Progress,
+    average: bool,
 ) -> Posterior:
     """Add up the data and maximise the evidence."""
     top = degrees.stop - 1
@@ -371,7 +386,13 @@ def _search(
             yield np.concatenate(list(equations), axis=1)
 
     sums = Sums.of(chunks(), log_weight)
-    return fit_prior(sums, (learner.flat_degree + 1) ** 2, degrees, progress)
+    return fit_prior(sums, (learner.flat_degree + 1) ** 2, degrees, progress, average=average)
+
+
+def _reference(mass: float) -> Posterior:
+    """Return the reference mass alone, as known; nothing where it has been taken off."""
+    mean = np.array([mass, 0.0, 0.0, 0.0])
+    return Posterior(1, 0.0, 0.0, 0.0, 0.0, mean, np.zeros((4, 4)))
 
 
 def _part(progress: Progress, k: int, passes: int, share: float) -> None:
