@@ -20,7 +20,7 @@ from unmodeled.pipeline.sweep.run_id import canonical, run_id
 from unmodeled.reports.data_words import data_sentences
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "models" / "physics"))
-from shapes import ellipsoid_mesh  # noqa: E402
+from shapes import ellipsoid_mesh
 
 EROS = load_body("eros")
 ORBITS = {
@@ -97,7 +97,9 @@ def test_a_field_of_inertial_position_loses_what_turns():
 
 def test_polyhedron_against_the_closed_form(tmp_path):
     mesh = ellipsoid_mesh((1.0, 0.4, 0.3), 2)
-    rows = [f"v {x!r} {y!r} {z!r}" for x, y, z in (mesh.vertices + [0.2, 0, 0]).tolist()]
+    rows = [
+        f"v {x!r} {y!r} {z!r}" for x, y, z in (mesh.vertices + np.array([0.2, 0.0, 0.0])).tolist()
+    ]
     rows += [f"f {a} {b} {c}" for a, b, c in (mesh.faces + 1).tolist()]
     (tmp_path / "long.obj").write_text("\n".join(rows))
     field = {"kind": "polyhedron", "file": "long.obj", "degree": 12}
