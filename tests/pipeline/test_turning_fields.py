@@ -1,10 +1,8 @@
 """True fields that turn with the body: samples, noise, flights and ids in the right axes."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
+from tests.models.physics.shapes import ellipsoid_mesh
 
 from unmodeled.core.errors import ConfigError, DataError
 from unmodeled.core.units import NORMALISED_GM
@@ -18,9 +16,6 @@ from unmodeled.pipeline.flight import fly
 from unmodeled.pipeline.prepare import prepare, simulate
 from unmodeled.pipeline.sweep.run_id import canonical, run_id
 from unmodeled.reports.data_words import data_sentences
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "models" / "physics"))
-from shapes import ellipsoid_mesh
 
 EROS = load_body("eros")
 ORBITS = {
