@@ -11,6 +11,7 @@ import numpy as np
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import ConfigError, DataError
+from unmodeled.core.frames import body_fixed_from_inertial
 from unmodeled.core.seeds import Streams
 from unmodeled.core.units import NormalisedUnits
 from unmodeled.datasets.noise import Noise, observe
@@ -21,7 +22,7 @@ __all__ = ["LearningData", "NormalisedField", "SampleSet", "make_learning_data"]
 
 @dataclass(frozen=True)
 class SampleSet:
-    """Samples of one role, normalised units, inertial axes.
+    """Samples of one role, normalised units, axes of `LearningData.frame`.
 
     Parameters
     ----------
@@ -89,7 +90,11 @@ class LearningData:
     facts : dict
         Plain facts for the report (shares of sigma, integrator difference, file notes).
     true_field : NormalisedField or None
-        The field that made the orbits; None for measured data.
+        The field that made the orbits, in body-fixed axes if it turns; None for measured data.
+    spin_rate : float
+        With which the true field turns about z, rad/s; body axes are the inertial ones at time 0.
+    frame : str
+        Axes of the samples: ``"inertial"`` or ``"body_fixed"``. Orbits are always inertial.
     """
 
     units: NormalisedUnits
@@ -101,6 +106,13 @@ class LearningData:
     noise: Noise
     facts: dict[str, Any] = field(default_factory=dict)
     true_field: NormalisedField | None = None
+    spin_rate: float = 0.0
+    frame: str = "inertial"
+
+    @property
+    def learned_spin_rate(self) -> float:
+        """With which a field learned from the samples turns in inertial space, rad/s."""
+        return self.spin_rate if self.frame == "body_fixed" else 0.0
 
     @property
     def sets(self) -> tuple[SampleSet, SampleSet, SampleSet]:
@@ -118,6 +130,8 @@ def make_learning_data(
     interpolation_share: float = 0.05,
     true_field: Callable[[Array], Array] | None = None,
     facts: dict[str, Any] | None = None,
+    spin_rate: float = 0.0,
+    frame: str = "inertial",
 ) -> LearningData:
     """Normalise, add noise, shuffle the training orbit and siphon the interpolation set.
 
@@ -139,6 +153,8 @@ def make_learning_data(
         True acceleration (m/s2) at positions (m); needed for state noise.
     facts : dict, optional
         Facts to keep.
+    spin_rate, frame
+        As in `LearningData`; ``true_field`` is then in body-fixed axes.
 
     Raises
     ------
@@ -156,7 +172,8 @@ def make_learning_data(
 
     normal_field = None if true_field is None else NormalisedField(true_field, units)
     parts = [
-        _samples(k, orbit, units, noise, normal_field, streams) for k, orbit in enumerate(orbits)
+        _samples(k, orbit, units, noise, normal_field, streams, spin_rate, frame)
+        for k, orbit in enumerate(orbits)
     ]
     n = len(parts[0])
     held = math.ceil(interpolation_share * n - 1e-9)  # 0.07 * 100 is 7.000000000000001
@@ -176,6 +193,8 @@ def make_learning_data(
         noise,
         (facts or {}) | _noise_facts(parts[0], noise, units),
         normal_field,
+        spin_rate,
+        frame,
     )
 
 
@@ -186,6 +205,8 @@ def _samples(
     noise: Noise,
     field: Callable[[Array], Array] | None,
     streams: Streams,
+    spin_rate: float,
+    frame: str,
 ) -> SampleSet:
     if orbit.accelerations is None:
         raise DataError(f"{orbit.source}: no accelerations", do="let the smoother make them")
@@ -197,8 +218,23 @@ def _samples(
         )
     x = orbit.positions / units.length
     a = orbit.accelerations / units.acceleration
+    if spin_rate != 0.0:
+        turns = body_fixed_from_inertial(orbit.times, spin_rate)
+        if frame == "body_fixed":
+            x, a = _turned(turns, x), _turned(turns, a)
+        elif field is not None:
+            body_field = field
+
+            def field(x: Array) -> Array:
+                return _turned(turns.mT, body_field(_turned(turns, x)))
+
     observed_x, observed_a = observe(x, a, noise, field, streams, f"orbit-{index}")
     return SampleSet("orbit", np.full(len(orbit), index), orbit.times, x, a, observed_x, observed_a)
+
+
+def _turned(turns: Array, vectors: Array) -> Array:
+    turned: Array = (turns @ vectors[:, :, None])[:, :, 0]
+    return turned
 
 
 def _take(s: SampleSet, index: Any, name: str) -> SampleSet:

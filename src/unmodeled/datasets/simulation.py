@@ -97,6 +97,12 @@ def simulate_orbits(
     """
     if samples_per_period < 4:
         raise ConfigError(f"samples_per_period is {samples_per_period}", allowed="4 or more")
+    if dynamics.system.spinning and (compare or integrator == "rk4"):
+        raise ConfigError(
+            "the RK4 orbit of a field that turns with the body",
+            allowed="integrator heyoka, without comparison",
+            do="write data.integrator: heyoka",
+        )
     steps, rest = divmod(rk4_steps_per_period, samples_per_period)
     if rest or steps < 1:
         raise ConfigError(
@@ -130,7 +136,7 @@ def simulate_orbits(
                 times,
                 chosen[:, :3],
                 chosen[:, 3:],
-                dynamics.acceleration(chosen),
+                dynamics.acceleration(chosen, times),
                 source=f"{source} orbit {k}",
             )
         )

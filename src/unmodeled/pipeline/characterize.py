@@ -162,7 +162,7 @@ def score(
         errors,
         {name: summarize(e) for name, e in errors.items()},
         calibrations,
-        _fly_orbits(learner.predict, data, config) if flights else (),
+        _fly_orbits(learner.predict, data, config, data.learned_spin_rate) if flights else (),
         cost.seconds,
         cost.peak_bytes,
         single,
@@ -182,12 +182,17 @@ def _largest_observed(train: SampleSet) -> float:
 
 
 def _fly_orbits(
-    acceleration: Callable[[Array], Array], data: LearningData, config: CharacterizationConfig
+    acceleration: Callable[[Array], Array],
+    data: LearningData,
+    config: CharacterizationConfig,
+    spin_rate: float,
 ) -> tuple[OrbitFlight, ...]:
     longest = max(config.flight.periods)
     flown = list(zip(data.orbits, data.periods, strict=True))[: config.flight.orbits + 1]
     return tuple(
-        OrbitFlight(k, period, fly(acceleration, orbit, data.units, period, longest * period))
+        OrbitFlight(
+            k, period, fly(acceleration, orbit, data.units, period, longest * period, spin_rate)
+        )
         for k, (orbit, period) in enumerate(flown)
     )
 
@@ -196,5 +201,5 @@ def _flight_floor(config: CharacterizationConfig, data: LearningData) -> float:
     """Error of flying the true field: what the solver itself contributes, m."""
     if data.true_field is None:
         return float("nan")
-    flights = _fly_orbits(data.true_field, data, config)
+    flights = _fly_orbits(data.true_field, data, config, data.spin_rate)
     return float(np.max([f.flight.position_error.max() for f in flights]))

@@ -22,6 +22,7 @@ __all__ = [
     "VOLUMES",
     "CharacterizationConfig",
     "DataConfig",
+    "FieldConfig",
     "FlightConfig",
     "LearnerConfig",
     "NoiseConfig",
@@ -53,6 +54,39 @@ class OrbitConfig(Section):
     true_anomaly: Finite = 0.0
 
 
+class FieldConfig(Section):
+    """The true field of simulated orbits, where it is not the card's zonal field.
+
+    ``tesseral`` reads a .gfc file, ``polyhedron`` a shape file, ``hidden_masses`` is +-0.1 GM at
+    +-R/2. All turn with the card's spin rate; samples are in ``body_fixed`` axes unless ``frame``
+    is ``inertial``, which shows what is lost.
+    """
+
+    kind: Literal["tesseral", "polyhedron", "hidden_masses"]
+    file: str | None = None
+    scale: Positive | None = None
+    degree: Annotated[int, Field(ge=2, le=24)] | None = None
+    frame: Literal["body_fixed", "inertial"] = "body_fixed"
+
+    @model_validator(mode="after")
+    def _file_or_not(self) -> FieldConfig:
+        if (self.file is None) != (self.kind == "hidden_masses"):
+            raise ConfigError(
+                f"data.field of kind {self.kind} with file {self.file}",
+                allowed="a .gfc file for tesseral, a shape file for polyhedron, none otherwise",
+            )
+        unused = [k for k in ("scale", "degree") if getattr(self, k) is not None]
+        if self.kind == "polyhedron":
+            unused = []
+        elif self.kind == "tesseral":
+            unused = [k for k in unused if k == "scale"]
+        if unused:
+            raise ConfigError(
+                f"data.field.{unused[0]} with kind {self.kind}", do=f"leave {unused[0]} out"
+            )
+        return self
+
+
 class DataConfig(Section):
     """Where the trajectories come from and how they are cut.
 
@@ -62,6 +96,7 @@ class DataConfig(Section):
     """
 
     trajectory: str = "simulated"
+    field: FieldConfig | None = None
     extrapolation_trajectory: str | None = None
     satellite: str | None = None
     volume: Literal["low", "moderate"] | None = None
@@ -79,6 +114,11 @@ class DataConfig(Section):
     @model_validator(mode="after")
     def _makes_sense(self) -> DataConfig:
         checked_ranges(self.ranges)
+        if self.field is not None and (not self.simulated or self.integrator != "heyoka"):
+            raise ConfigError(
+                f"data.field with trajectory {self.trajectory} and integrator {self.integrator}",
+                allowed="simulated orbits by heyoka",
+            )
         if self.simulated and self.extrapolation_trajectory is not None:
             raise ConfigError(
                 f"data.extrapolation_trajectory is {self.extrapolation_trajectory} and "

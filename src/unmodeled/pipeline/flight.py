@@ -11,6 +11,7 @@ import numpy as np
 import scipy.integrate
 
 from unmodeled.core.arrays import Array
+from unmodeled.core.frames import rotation_about_z
 from unmodeled.core.units import NormalisedUnits
 from unmodeled.datasets.trajectory import Trajectory
 
@@ -70,6 +71,7 @@ def fly(
     units: NormalisedUnits,
     period: float,
     duration: float,
+    spin_rate: float = 0.0,
 ) -> Flight:
     """Propagate from the true initial state with a learned field.
 
@@ -85,6 +87,9 @@ def fly(
         Kepler period of the orbit, s; sets the step.
     duration : float
         How long, s; the flight ends earlier where the true orbit does.
+    spin_rate : float
+        With which the learned field turns about z, rad/s; its axes are the inertial ones at time
+        zero of ``truth``.
     """
     elapsed = truth.times - truth.times[0]
     keep = elapsed <= duration * (1 + _ROUNDING)
@@ -96,11 +101,19 @@ def fly(
     status = "complete"
     evaluations = 0
 
-    def rate(_: float, y: Array) -> Array:
+    field = acceleration if spin_rate == 0.0 else None
+
+    def rate(now: float, y: Array) -> Array:
         nonlocal status, evaluations
         evaluations += 1
         r = math.sqrt(y[0] * y[0] + y[1] * y[1] + y[2] * y[2])
-        a = acceleration(y[None, :3])[0] if _DEEP < r < far else np.full(3, np.nan)
+        if not _DEEP < r < far:
+            a = np.full(3, np.nan)
+        elif field is not None:
+            a = field(y[None, :3])[0]
+        else:
+            turn = rotation_about_z(spin_rate * (float(truth.times[0]) + now * units.time))
+            a = turn.T @ acceleration((turn @ y[:3])[None])[0]
         if not np.all(np.isfinite(a)):
             status = (
                 "left the region"

@@ -25,6 +25,7 @@ from unmodeled.datasets.readers import read_trajectory
 from unmodeled.datasets.revolutions import first_revolutions, split_revolutions
 from unmodeled.datasets.simulation import SimulatedOrbits, gravity_of, simulate_orbits
 from unmodeled.datasets.trajectory import Trajectory
+from unmodeled.datasets.truth_field import hidden_masses, polyhedron_field, tesseral_field
 from unmodeled.models.physics import Dynamics
 from unmodeled.pipeline.config import CharacterizationConfig
 
@@ -63,7 +64,11 @@ def prepare(
     streams = Streams(config.seed)
     share = config.data.interpolation_share
     if config.data.simulated:
-        dynamics, orbits, facts = (simulated or simulate)(config, body)
+        if config.data.field is None:
+            dynamics, orbits, facts = (simulated or simulate)(config, body)
+        else:  # relative file names are looked for in the folders
+            dynamics, orbits, facts = simulate(config, body, folders=folders)
+        turning = config.data.field
         return make_learning_data(
             orbits.orbits,
             orbits.periods,
@@ -73,6 +78,8 @@ def prepare(
             interpolation_share=share,
             true_field=dynamics.acceleration,
             facts=facts,
+            spin_rate=0.0 if turning is None else body.spin_rate,
+            frame="inertial" if turning is None else turning.frame,
         )
     measured, periods, facts = _measured(config, body, folders)
     return make_learning_data(
@@ -81,12 +88,17 @@ def prepare(
 
 
 def simulate(
-    config: CharacterizationConfig, body: Body | None = None, *, compare_integrators: bool = True
+    config: CharacterizationConfig,
+    body: Body | None = None,
+    *,
+    compare_integrators: bool = True,
+    folders: Sequence[Path] = (),
 ) -> Simulated:
     """Propagate the training orbit and the extrapolation orbits of a configuration.
 
     ``compare_integrators`` false leaves out the RK4 orbit where heyoka makes the truth: nine
-    tenths of the time, and no number but the difference changes.
+    tenths of the time, and no number but the difference changes. A field that turns is never
+    compared: the RK4 here knows no time. ``folders`` are where ``data.field.file`` is looked for.
 
     Returns
     -------
@@ -99,7 +111,8 @@ def simulate(
     """
     body = body or load_body(config.body)
     data = config.data
-    dynamics = gravity_of(body)
+    dynamics = _truth(config, body, folders)
+    compare_integrators = compare_integrators and data.field is None
     radius = body.brillouin_radius
     train, extrapolation = data.periods()
     if train is None or extrapolation is None:
@@ -128,6 +141,10 @@ def simulate(
         "truth": " + ".join(e.name.replace("_", " ") for e in dynamics.effects),
         "integrator": data.integrator,
     }
+    if data.field is not None:
+        facts["axes of the samples"] = (
+            f"{data.field.frame.replace('_', '-')}; the field turns with {body.spin_rate:.6g} rad/s"
+        )
     if compare_integrators:
         name = f"largest RK4 - heyoka distance ({data.rk4_steps_per_period} steps a period), m"
         facts[name] = float(orbits.rk4_difference.max())
@@ -135,6 +152,19 @@ def simulate(
         facts["initial conditions drawn to find the collision-free ones"] = tried
     facts["elements"] = elements.to_dict(orient="records")
     return dynamics, orbits, facts
+
+
+def _truth(config: CharacterizationConfig, body: Body, folders: Sequence[Path]) -> Dynamics:
+    field = config.data.field
+    if field is None:
+        return gravity_of(body)
+    if field.kind == "hidden_masses":
+        return hidden_masses(body)
+    assert field.file is not None  # the configuration checks it
+    path = find_trajectory(field.file, folders, "data.field.file")
+    if field.kind == "tesseral":
+        return tesseral_field(body, path, field.degree)
+    return polyhedron_field(body, path, field.scale, field.degree or 12)
 
 
 def _initial_conditions(
@@ -194,7 +224,7 @@ def _read(name: str, satellite: str | None, folders: Sequence[Path]) -> Trajecto
     return read_trajectory(find_trajectory(name, folders), **options)
 
 
-def find_trajectory(name: str, folders: Sequence[Path]) -> Path:
+def find_trajectory(name: str, folders: Sequence[Path], key: str = "") -> Path:
     """Return the file of that name in the first of ``folders`` that has it, or as it is.
 
     Raises
@@ -207,10 +237,11 @@ def find_trajectory(name: str, folders: Sequence[Path]) -> Path:
     found = next((c for c in candidates if c.exists()), None)
     if found is None:
         raise ConfigError(
-            f"no trajectory file {name}",
+            f"no file {name} ({key})" if key else f"no trajectory file {name}",
             do="looked in "
             + ", ".join(str(c.parent) for c in candidates)
-            + "; give the folder with --data, or write data.trajectory: simulated",
+            + "; give the folder with --data"
+            + ("" if key else ", or write data.trajectory: simulated"),
         )
     return found
 

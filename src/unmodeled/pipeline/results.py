@@ -225,7 +225,7 @@ class CharacterizationResult:
         learner = self[label].learner
         if learner is None:
             raise ValueError(f"{label} has no fitted model: {self[label].failure}")
-        return LearnedField(learner, self.data.units)
+        return LearnedField(learner, self.data.units, self.data.frame)
 
     def save(self, folder: Path) -> None:
         """Write configuration, provenance, tables and models into a folder."""

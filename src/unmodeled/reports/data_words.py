@@ -53,6 +53,12 @@ def data_sentences(result: CharacterizationResult) -> list[str]:
         f"{len(data.interpolation)} held-out samples of it (interpolation) and on "
         f"{len(data.extrapolation)} samples of {orbits} (extrapolation)."
     ]
+    if data.spin_rate:
+        axes = data.frame.replace("_", "-")
+        sentences.append(
+            f"Truth: {data.facts['truth']}; axes of the samples: {axes}, spin "
+            f"{number(data.spin_rate, 4)} rad/s."
+        )
     sigma = data.orbits[0].acceleration_sigma
     if sigma > 0:
         size = _median_acceleration(result)

@@ -24,11 +24,14 @@ class SmoothOrbit:
     Parameters
     ----------
     positions, accelerations : ndarray (n, 3)
-        Normalised units.
+        Normalised units, axes of the orbit.
+    times : ndarray (n,)
+        Seconds since the epoch of the orbit.
     """
 
     positions: Array
     accelerations: Array
+    times: Array
 
 
 def smooth_orbit(orbit: Trajectory, units: NormalisedUnits, seconds: float = np.inf) -> SmoothOrbit:
@@ -58,4 +61,4 @@ def smooth_orbit(orbit: Trajectory, units: NormalisedUnits, seconds: float = np.
     positions: Array = BPoly.from_derivatives(t, np.stack([x, v, a], axis=1))(dense)
     mass = PointMassOnly().fit(x, a)
     rest = CubicSpline(t, a - mass.predict(x))(dense)
-    return SmoothOrbit(positions, mass.predict(positions) + rest)
+    return SmoothOrbit(positions, mass.predict(positions) + rest, dense * units.time)

@@ -119,7 +119,7 @@ def learner_sentence(
     where : str
         What extrapolation is: "on other orbits", "on another orbit" or "on later revolutions".
     simulated : bool
-        True if the truth is simulated; of measured data nobody knows the family.
+        True if the truth is a simulated zonal field; of others no learner knows the family.
     """
     if learner.failure:
         return f"{learner.label}: the fit failed ({learner.failure.rstrip('.')}); nothing to judge."
@@ -145,6 +145,10 @@ def learner_sentence(
     if v.unfit:
         text += " Do not use it off its training orbit."
     return text + _failures(s)
+
+
+def _zonal_truth(result: CharacterizationResult) -> bool:
+    return result.config.data.simulated and result.config.data.field is None
 
 
 def _training(v: Verdict, s: dict[str, ErrorSummary]) -> str:
@@ -222,7 +226,7 @@ def _calibrated(c: Calibration, count: int) -> str:
 def overview(result: CharacterizationResult) -> str:
     """Return the answer in one or two sentences: the most robust learner, and how many to avoid."""
     point_mass = point_mass_summaries(result.data)
-    yardsticks = _YARDSTICKS if result.config.data.simulated else {"point_mass"}
+    yardsticks = _YARDSTICKS if _zonal_truth(result) else {"point_mass"}
     candidates = [r for r in result.learners if r.summaries and r.kind not in yardsticks]
     where = elsewhere(result)
     if not candidates:
@@ -267,7 +271,7 @@ def summary_words(result: CharacterizationResult) -> list[str]:
     return [
         overview(result),
         *(
-            learner_sentence(r, point_mass, where, simulated=result.config.data.simulated)
+            learner_sentence(r, point_mass, where, simulated=_zonal_truth(result))
             for r in ranked(result)
         ),
         *(

@@ -62,6 +62,6 @@ def export_winner(
         )
     folder.mkdir(parents=True, exist_ok=True)
     written = [folder / "winner.safetensors", folder / "winner.yaml"]
-    LearnedField(learner, data.units).save(written[0])
+    LearnedField(learner, data.units, data.frame).save(written[0])
     write_yaml(run.config.as_dict(), written[1])
     return written

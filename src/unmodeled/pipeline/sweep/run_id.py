@@ -92,16 +92,27 @@ def _settle_data(data: dict[str, Any], config: CharacterizationConfig, folders: 
     del data["volume"]
     data["train_periods"], data["extrapolation_periods"] = config.data.periods()
     if not config.data.simulated:
+        del data["field"]
         for key in ("trajectory", "extrapolation_trajectory"):
             if data[key] is not None:
                 data[key] = _file_digest(find_trajectory(data[key], folders))
         return
+    if data["field"] is None:
+        del data["field"]  # ids of zonal runs stay what they were
+    else:
+        _settle_field(data["field"], config, folders)
     if data["samples_per_period"] is None:
         data["samples_per_period"] = SAMPLES_PER_PERIOD
     if data["integrator"] == "heyoka":
         del data["rk4_steps_per_period"]
     if data["other_orbits"] is not None:  # nothing is drawn
         del data["ranges"], data["extrapolation_orbits"]
+
+
+def _settle_field(field: dict[str, Any], config: CharacterizationConfig, folders: Any) -> None:
+    field["spin_rate"] = load_body(config.body).spin_rate
+    if field["file"] is not None:
+        field["file"] = _file_digest(find_trajectory(field["file"], folders, "data.field.file"))
 
 
 @lru_cache(maxsize=32)
