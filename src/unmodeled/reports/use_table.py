@@ -47,7 +47,8 @@ def use_table(result: CharacterizationResult) -> Table:
         tuple(rows),
         f"Above {UNFIT_RATIO:g} times the median error of the bare point mass: {DO_NOT_USE}. "
         "Training data held back need no truth; their errors count from the observed "
-        "accelerations, noise included, and are an easier test than other orbits: to pass it proves little.",
+        "accelerations, noise included, and are an easier test than other orbits: to pass it "
+        "proves little.",
         text_columns=(1, 5),
     )
 
