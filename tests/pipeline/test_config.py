@@ -90,7 +90,8 @@ def test_every_learner_can_be_configured_by_its_name(kind):
         ({"sede": 1}, 'a.yaml: unknown key "sede", did you mean "seed"?'),
         (
             {"quux": 1},
-            'a.yaml: unknown key "quux", known: body, data, flight, learners, name, noise, seed.',
+            'a.yaml: unknown key "quux", known: body, data, flight, learners, name, noise, seed, '
+            "training_check.",
         ),
         ({"data": {"volum": "low"}}, 'a.yaml: unknown key "data.volum", did you mean "volume"?'),
         ({"noise": {"States": 1}}, 'a.yaml: unknown key "noise.States", did you mean "state"?'),

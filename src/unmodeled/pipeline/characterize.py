@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from unmodeled.core.arrays import Array
-from unmodeled.core.errors import NumericalError
+from unmodeled.core.errors import DataError, NumericalError
 from unmodeled.core.provenance import collect_provenance
 from unmodeled.core.threads import one_thread
 from unmodeled.datasets.learning_data import LearningData, SampleSet
@@ -19,8 +20,10 @@ from unmodeled.pipeline.flight import fly
 from unmodeled.pipeline.metrics import calibrate, fractional_error, summarize
 from unmodeled.pipeline.prepare import prepare
 from unmodeled.pipeline.results import CharacterizationResult, LearnerResult, OrbitFlight
+from unmodeled.pipeline.training_check import TrainingCheck, training_check
+from unmodeled.pipeline.use_check import UseCheck, point_mass_summaries
 
-__all__ = ["Report", "characterize", "evaluate", "score"]
+__all__ = ["Report", "characterize", "check_training", "evaluate", "score"]
 
 #: Called with what is being done and the share of the whole job that is done, 0 to 1.
 Report = Callable[[str, float], None]
@@ -72,7 +75,11 @@ def _characterize(
         def progress(text: str, share: float, start: float = start, width: float = width) -> None:
             tell(text, start + width * share)
 
-        results.append(evaluate(learner_config, data, config, progress))
+        result = evaluate(learner_config, data, config, progress)
+        if config.training_check and not result.failure:
+            tell(f"checking {learner_config.label} on training data held back", start + width)
+            result = replace(result, training_check=check_training(learner_config, data))
+        results.append(result)
     tell("done", 1.0)
     return CharacterizationResult(
         config=config,
@@ -151,6 +158,8 @@ def score(
             )
             for s in data.sets
         }
+    summaries = {name: summarize(e) for name, e in errors.items()}
+    reference = point_mass_summaries(data)["extrapolation"].median
     single, batch = time_evaluation(learner.predict, data.train.positions)
     tell(f"flying {spec.label}", _FIT_SHARE + 0.5 * (1 - _FIT_SHARE))
     return LearnerResult(
@@ -160,7 +169,7 @@ def score(
         learner,
         predictions,
         errors,
-        {name: summarize(e) for name, e in errors.items()},
+        summaries,
         calibrations,
         _fly_orbits(learner.predict, data, config, data.learned_spin_rate) if flights else (),
         cost.seconds,
@@ -170,6 +179,7 @@ def score(
         sum(a.nbytes for a in learner._arrays().values()),
         learner.facts(),
         largest_observed=_largest_observed(data.train),
+        use=UseCheck(summaries["extrapolation"].median, reference),
     )
 
 
@@ -179,6 +189,29 @@ def _largest_observed(train: SampleSet) -> float:
         np.linalg.norm(a, axis=1).max() for a in (train.observed_accelerations, train.accelerations)
     )
     return float(observed / true)
+
+
+def check_training(spec: LearnerConfig, data: LearningData) -> TrainingCheck | None:
+    """Return `training_check` of a learner; None if it refuses the samples that would be left.
+
+    Parameters
+    ----------
+    spec : LearnerConfig
+        Which learner.
+    data : LearningData
+        From `prepare`.
+    """
+    train = data.train
+    try:
+        return training_check(
+            spec.build,
+            train.observed_positions,
+            train.observed_accelerations,
+            NoiseLevel(data.noise.state, data.noise.acceleration),
+            train.orbit,
+        )
+    except DataError:  # too few samples without the held-out part
+        return None
 
 
 def _fly_orbits(

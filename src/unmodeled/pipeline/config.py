@@ -249,6 +249,9 @@ class LearnerConfig(Section):
 class CharacterizationConfig(Section):
     """Everything that decides the numbers of one characterisation.
 
+    ``training_check`` trains each learner again without a part of its training data and compares
+    it with a bare point mass there; a sweep leaves it out.
+
     Raises
     ------
     ConfigError
@@ -263,6 +266,7 @@ class CharacterizationConfig(Section):
     noise: NoiseConfig = NoiseConfig()
     learners: Annotated[tuple[LearnerConfig, ...], Field(min_length=1)]
     flight: FlightConfig = FlightConfig()
+    training_check: bool = True
 
     @model_validator(mode="after")
     def _labels_differ(self) -> CharacterizationConfig:

@@ -20,6 +20,8 @@ from unmodeled.pipeline.config import CharacterizationConfig
 from unmodeled.pipeline.flight import Flight
 from unmodeled.pipeline.learned_field import LearnedField
 from unmodeled.pipeline.metrics import Calibration, ErrorSummary
+from unmodeled.pipeline.training_check import TrainingCheck
+from unmodeled.pipeline.use_check import UseCheck
 from unmodeled.pipeline.yaml12 import write_yaml
 
 __all__ = ["CharacterizationResult", "LearnerResult", "OrbitFlight", "file_name"]
@@ -77,6 +79,10 @@ class LearnerResult:
     largest_observed : float
         Largest observed acceleration of the training samples over the largest true one. Far above
         1, noise put a position so deep that one sample rules the fit.
+    use : UseCheck or None
+        The learner beside the bare point mass on the extrapolation set; None if the fit failed.
+    training_check : TrainingCheck or None
+        The same on training data that were held back; None where that was not tried.
     """
 
     label: str
@@ -96,6 +102,8 @@ class LearnerResult:
     facts: dict[str, float | str] = field(default_factory=dict)
     failure: str = ""
     largest_observed: float = float("nan")
+    use: UseCheck | None = None
+    training_check: TrainingCheck | None = None
 
 
 @dataclass(frozen=True)
@@ -131,12 +139,41 @@ class CharacterizationResult:
         raise KeyError(label)
 
     def summary(self) -> pd.DataFrame:
-        """Fractional errors, one row a learner and set; reproducible to the last digit."""
+        """Fractional errors, one row a learner and set; reproducible to the last digit.
+
+        ``over_point_mass`` is the extrapolation median over that of the bare point mass, ``use``
+        what follows from it: ``do not use`` above 2, else ``passes``.
+        """
         rows = [
-            {"learner": r.label, "set": name} | s.as_dict()
+            {"learner": r.label, "set": name}
+            | s.as_dict()
+            | ({} if r.use is None else {"over_point_mass": r.use.ratio, "use": r.use.advice})
             for r in self.learners
             for name, s in r.summaries.items()
         ]
+        return pd.DataFrame(rows)
+
+    def use_checks(self) -> pd.DataFrame:
+        """Both comparisons with the bare point mass, one row a learner and check."""
+        data = self.config.data
+        other = data.simulated or data.extrapolation_trajectory is not None
+        elsewhere = "other orbits" if other else "later revolutions"
+        rows = []
+        for r in self.learners:
+            for name, c in (("extrapolation", r.use), ("training", r.training_check)):
+                if c is not None:
+                    what = c.held_out if isinstance(c, TrainingCheck) else elsewhere
+                    rows.append(
+                        {
+                            "learner": r.label,
+                            "check": name,
+                            "held_out": what,
+                            "median": c.median,
+                            "point_mass_median": c.point_mass,
+                            "over_point_mass": c.ratio,
+                            "use": c.advice,
+                        }
+                    )
         return pd.DataFrame(rows)
 
     def calibration(self) -> pd.DataFrame:
@@ -206,6 +243,7 @@ class CharacterizationResult:
             "summary": rows(self.summary()),
             "flights": rows(self.flights()),
             "calibration": rows(self.calibration()),
+            "use_checks": rows(self.use_checks()),
             "flight_floor_m": None if math.isnan(self.flight_floor) else self.flight_floor,
             "costs": rows(self.costs()),
             "failures": {r.label: r.failure for r in self.learners if r.failure},
@@ -244,6 +282,7 @@ class CharacterizationResult:
 
     def _tables(self) -> Iterator[tuple[str, pd.DataFrame]]:
         yield "summary", self.summary()
+        yield "use-checks", self.use_checks()
         yield "flights", self.flights()
         yield "costs", self.costs()
         if any(r.calibrations for r in self.learners):

@@ -12,6 +12,7 @@ from unmodeled.reports.data_words import data_sentences, elsewhere
 from unmodeled.reports.embedding import embed_sections, provenance_rows, render_page, yaml_text
 from unmodeled.reports.sections import sections
 from unmodeled.reports.style import learner_styles
+from unmodeled.reports.use_table import training_check_sentence
 from unmodeled.reports.words import learner_sentence, overview, ranked, verdict
 
 __all__ = ["write_report"]
@@ -55,7 +56,8 @@ def write_report(result: CharacterizationResult, folder: Path) -> Path:
             }
             for r in ranked(result)
         ],
-        basis=data_sentences(result),
+        basis=[text for text in (training_check_sentence(result),) if text]
+        + data_sentences(result),
         sections=embed_sections(sections(result), folder),
         config=yaml_text(result.config.as_dict()),
         provenance=provenance_rows(result.provenance, "configuration"),

@@ -13,6 +13,7 @@ from unmodeled.reports import tables
 from unmodeled.reports.captions import caption
 from unmodeled.reports.data_table import data_table, element_table
 from unmodeled.reports.tables import Table
+from unmodeled.reports.use_table import use_table
 from unmodeled.reports.words import calibration_sentence, ranked
 
 __all__ = ["Drawn", "Section", "sections"]
@@ -72,7 +73,7 @@ def sections(result: CharacterizationResult) -> list[Section]:
             "head-to-head",
             "Head to head",
             figures=_one(result, "error-summary", draw.error_summary(result)),
-            tables=(tables.error_table(result),),
+            tables=(tables.error_table(result), use_table(result)),
         ),
         Section(
             "where",

@@ -42,17 +42,29 @@ def median_table(choice: Choice) -> Table:
             f"{number(row['low'])} to {number(row['high'])}",
             f"{choice.ranks.mean[row['learner']]:.2f}",
             str(int(row["failures"])),
+            "–" if math.isnan(row["over_point_mass"]) else number(row["over_point_mass"]),
+            str(row["use"]),
         )
         for row in choice.medians.to_dict(orient="records")
     )
     problems = int(choice.medians["problems"].iloc[0])
     return Table(
         f"Errors over {problems} problems, {choice.regime}",
-        ("learner", "median error [–]", "95 % interval [–]", "mean rank [–]", "failed fits [–]"),
+        (
+            "learner",
+            "median error [–]",
+            "95 % interval [–]",
+            "mean rank [–]",
+            "failed fits [–]",
+            "extrapolation over point mass [–]",
+            "advice",
+        ),
         rows,
         "A problem is an initial condition at one point of the grid. Intervals by resampling "
         "problems. Critical difference of mean ranks at 5 %: "
-        f"{choice.ranks.critical_difference:.2g}.",
+        f"{choice.ranks.critical_difference:.2g}. Extrapolation over point mass is the median over "
+        "problems of the ratio to the bare point mass; above 2: do not use.",
+        text_columns=(6,),
     )
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from unmodeled.pipeline.metrics import Calibration, ErrorSummary
 from unmodeled.pipeline.results import CharacterizationResult, LearnerResult
+from unmodeled.pipeline.use_check import UNFIT_RATIO, UseCheck
 from unmodeled.reports.baseline import point_mass_summaries
 from unmodeled.reports.data_words import data_sentences, elsewhere
 from unmodeled.reports.numbers import number
@@ -27,8 +28,6 @@ __all__ = [
 SAFE_RATIO = 3.0
 #: Robust and moderately robust: at most this many decades from interpolation to extrapolation.
 ROBUST_DECADES, MODERATE_DECADES = 0.5, 1.5
-#: Worse than the bare point mass by more than this: not to be used off the training orbit.
-UNFIT_RATIO = 2.0
 # A bare point mass within 5 % is no worse.
 _NO_BETTER = 1 / 1.05
 # Ratios of errors below this compare rounding with rounding.
@@ -84,7 +83,8 @@ def verdict(summaries: dict[str, ErrorSummary], point_mass: dict[str, ErrorSumma
     else:
         ratio, decades = inside / train, math.log10(outside / inside)
     # Rounding is compared with rounding here too, should the truth be a point mass.
-    against = outside / max(point_mass["extrapolation"].median, _ROUNDING)
+    check = UseCheck(summaries["extrapolation"].median, point_mass["extrapolation"].median)
+    against = check.ratio
     better_inside = inside < point_mass["interpolation"].median or inside <= _ROUNDING
     if ratio <= SAFE_RATIO and better_inside:
         safety = "safe"
@@ -98,7 +98,7 @@ def verdict(summaries: dict[str, ErrorSummary], point_mass: dict[str, ErrorSumma
         robustness = "moderately robust"
     else:
         robustness = "not robust"
-    return Verdict(ratio, decades, against, safety, robustness, against > UNFIT_RATIO)
+    return Verdict(ratio, decades, against, safety, robustness, check.unfit)
 
 
 def learner_sentence(
@@ -143,7 +143,11 @@ def learner_sentence(
         f"{_against(v.against_point_mass)}."
     )
     if v.unfit:
-        text += " Do not use it off its training orbit."
+        reference = number(point_mass["extrapolation"].median)
+        text += (
+            f" Do not use it off its training orbit: the bare point mass, which learns nothing, "
+            f"has {reference} {where}."
+        )
     return text + _failures(s)
 
 
@@ -243,7 +247,7 @@ def overview(result: CharacterizationResult) -> str:
     unfit = [r for r in candidates if verdict(r.summaries, point_mass).unfit]
     if unfit:
         text += (
-            f" {len(unfit)} of {len(candidates)} must not be used off the training orbit: more "
+            f" Do not use {len(unfit)} of {len(candidates)} off the training orbit: more "
             f"than {UNFIT_RATIO:g} times worse than a bare point mass there."
         )
     return text

@@ -175,3 +175,25 @@ def test_errors(errors):
     with pytest.raises(InputError, match="no problem has results of every learner"):
         select(half)
     assert len(blocks_of(table.drop(index=[3, 50]), "extrapolation_median")) == 38
+
+
+def test_worse_than_a_point_mass_is_not_to_be_used(errors):
+    ratios = {"a": 0.1, "b": 2.1, "c": 1.9}
+    table = sweep_table(errors)
+    table = table.assign(extrapolation_over_point_mass=table["learner"].map(ratios))
+    table.loc[(table["learner"] == "c") & (table["initial_condition"] < 30), "failure"] = "broke"
+    choice = select(table).choices[0]
+    said = choice.medians.set_index("learner")["use"].to_dict()
+    assert said == {"a": "passes", "b": "do not use", "c": "do not use"}  # c: most fits failed
+    assert "do not use, against a bare point mass: b (2.1 times), c (inf times)" in choice.sentence
+    table["extrapolation_over_point_mass"] = 300.0
+    assert (
+        "even so 3e+02 times the error of a bare point mass: do not use"
+        in select(table).choices[0].sentence
+    )
+
+
+def test_a_sweep_of_an_older_version_is_not_judged(errors):
+    choice = select(sweep_table(errors)).choices[0]
+    assert set(choice.medians["use"]) == {"not known"}
+    assert "do not use" not in choice.sentence

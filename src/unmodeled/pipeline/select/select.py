@@ -13,6 +13,8 @@ from unmodeled.pipeline.select.paired import compare_pairs, medians
 from unmodeled.pipeline.select.pareto import pareto
 from unmodeled.pipeline.select.ranks import Ranks, rank
 from unmodeled.pipeline.select.regimes import regimes_of
+from unmodeled.pipeline.select.use import add_use
+from unmodeled.pipeline.use_check import DO_NOT_USE
 
 __all__ = ["Choice", "Selection", "select"]
 
@@ -39,7 +41,7 @@ class Choice:
     rivals : tuple of str
         Learners that it is not told apart from.
     medians, pairs : DataFrame
-        From `medians` and `compare_pairs`.
+        From `medians` (with ``over_point_mass`` and ``use`` of `add_use`) and `compare_pairs`.
     ranks : Ranks
         Mean ranks and groups.
     sentence : str
@@ -147,7 +149,7 @@ def _choose(regime: str, table: pd.DataFrame, metric: str) -> Choice:
     against = pairs[(pairs["better"] == winner) | (pairs["worse"] == winner)]
     beaten = against[(against["better"] == winner) & (against["p_holm"] < _LEVEL)]["worse"]
     rivals = tuple(str(n) for n in ranks.mean.index[1:] if n not in set(beaten))
-    middles = medians(blocks)
+    middles = add_use(medians(blocks), table)
     sentence = _sentence(regime, winner, rivals, middles, pairs, metric)
     return Choice(regime, winner, not rivals, rivals, middles, pairs, ranks, sentence)
 
@@ -174,6 +176,18 @@ def _sentence(
         )
     if rivals:
         text += f"; not told apart from {', '.join(rivals)}: take the cheaper one"
+    if row["use"] == DO_NOT_USE:
+        text += (
+            f"; even so {row['over_point_mass']:.2g} times the error of a bare point mass: "
+            f"{DO_NOT_USE}"
+        )
+    unfit = [
+        f"{r['learner']} ({r['over_point_mass']:.2g} times)"
+        for r in middles.to_dict(orient="records")
+        if r["use"] == DO_NOT_USE and r["learner"] != winner
+    ]
+    if unfit:
+        text += f"; {DO_NOT_USE}, against a bare point mass: {', '.join(unfit)}"
     if not row["median"] < 1:
         text += "; an error of 1 is no skill: use none of them here"
     return text + "."

@@ -16,8 +16,9 @@ def row_of(result: LearnerResult, config: CharacterizationConfig) -> dict[str, V
     """Return the columns of a run.
 
     ``SET_median``, ``SET_quartile_1``, ... of the fractional errors and ``SET_coverage_68``, ...
-    of the calibration for the sets train, interpolation and extrapolation; ``failure`` (empty if
-    the fit went well); ``model_bytes``; ``fact NAME`` what the learner says of itself;
+    of the calibration for the sets train, interpolation and extrapolation;
+    ``extrapolation_over_point_mass``, above 2: do not use; ``failure`` (empty if the fit went
+    well); ``model_bytes``; ``fact NAME`` what the learner says of itself;
     ``flight_ORBIT_PERIODS`` (m), if flown; ``train_largest_observed``, the largest observed over
     the largest true acceleration of the training samples; and ``cost_*``: seconds and bytes,
     which differ from run to run.
@@ -42,6 +43,8 @@ def row_of(result: LearnerResult, config: CharacterizationConfig) -> dict[str, V
             row[f"flight_{flown.orbit}_{periods:g}"] = error
     row |= {f"fact {name}": _plain(value) for name, value in result.facts.items()}
     row["train_largest_observed"] = result.largest_observed
+    if result.use is not None:
+        row["extrapolation_over_point_mass"] = result.use.ratio
     row["model_bytes"] = result.model_bytes
     row["cost_train_s"] = result.train_seconds
     row["cost_train_bytes"] = result.train_bytes

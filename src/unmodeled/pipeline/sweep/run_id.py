@@ -45,7 +45,7 @@ def canonical(
         If the body or the trajectory file cannot be read.
     """
     content = config.as_dict()
-    del content["name"]
+    del content["name"], content["training_check"]  # a sweep does not make that check
     content["body"] = _body_digest(config.body)
     for learner in content["learners"]:
         del learner["label"]
