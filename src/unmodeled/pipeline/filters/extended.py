@@ -122,6 +122,7 @@ class ExtendedKalmanFilter:
             found.accepted,
             gain,
             H,
+            mask,
         )
         return self._learned(predicted, after)
 

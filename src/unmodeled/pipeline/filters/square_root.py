@@ -89,7 +89,7 @@ class SquareRootFilter(ExtendedKalmanFilter):
         memory = {**state.memory, "root": after}
         new = FilterState(mean, after @ after.mT, state.time, memory)
         S = L @ L.mT
-        updated = Updated(new, innovation, S, nis, freedom, accepted, K, H)
+        updated = Updated(new, innovation, S, nis, freedom, accepted, K, H, mask)
         return self._learned(predicted, updated)
 
 

@@ -136,7 +136,9 @@ class Updated:
     gain : ndarray (b or 1, n, m)
         K as applied: zero where nothing was used.
     design : ndarray (b or 1, m, n)
-        H at the prediction.
+        H at the prediction, also of components that were not measured.
+    used : ndarray (b or 1, m) of bool
+        Components measured.
     """
 
     state: FilterState
@@ -147,6 +149,7 @@ class Updated:
     accepted: Booleans
     gain: Array
     design: Array
+    used: Booleans
 
 
 def remember(updated: Updated, memory: Mapping[str, Array]) -> Updated:
