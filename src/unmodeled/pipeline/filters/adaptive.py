@@ -119,7 +119,8 @@ class MatchedNoise:
 
     def scale(self, state: FilterState) -> Array:
         """Return the factor (b, dimensions) by which sigma differs from the first guess."""
-        return np.exp(0.5 * state.memory["log_scale"])
+        factor: Array = np.exp(0.5 * state.memory["log_scale"])
+        return factor
 
     def learn(self, predicted: Predicted, updated: Updated) -> Mapping[str, Array]:
         """Return scales, sensitivities and information after an update."""

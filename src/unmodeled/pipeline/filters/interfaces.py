@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "AngularMeasurement",
+    "LearnedAcceleration",
     "LearningNoise",
     "MeasurementModel",
     "ProcessModel",
@@ -110,4 +111,22 @@ class LearningNoise(Protocol):
 
     def learn(self, predicted: Predicted, updated: Updated) -> Mapping[str, Array]:
         """Return what changes in the memory after an update."""
+        ...
+
+
+class LearnedAcceleration(Protocol):
+    """An acceleration that the equations lack, with what a filter needs of it."""
+
+    def evaluate(self, x: Array, t: float) -> tuple[Array, Array, Array | None]:
+        """Return acceleration, Jacobian and covariance at states ``x`` (b, n).
+
+        Returns
+        -------
+        a : ndarray (b, 3)
+            m/s2, in the axes of the states.
+        J : ndarray (b, 3, n)
+            da/dx.
+        C : ndarray (b, 3, 3) or None
+            Covariance of ``a``; None where nothing is known of its error.
+        """
         ...
