@@ -17,7 +17,7 @@ class ThreeBody:
 
     def rates(self, x, t):
         mu, r = self.mu, x[:, :3]
-        first, second = r + [mu, 0, 0], r + [mu - 1, 0, 0]
+        first, second = r + np.array([mu, 0, 0]), r + np.array([mu - 1, 0, 0])
         r1 = np.linalg.norm(first, axis=1)[:, None]
         r2 = np.linalg.norm(second, axis=1)[:, None]
         rate = np.empty_like(x)

@@ -115,7 +115,8 @@ class MatchedNoise:
 
     def covariance(self, state: FilterState, dt: float) -> Array:
         """Return Q (b, n, n) of each run."""
-        return self._parts(state, dt).sum(axis=1)
+        whole: Array = self._parts(state, dt).sum(axis=1)
+        return whole
 
     def scale(self, state: FilterState) -> Array:
         """Return the factor (b, dimensions) by which sigma differs from the first guess."""

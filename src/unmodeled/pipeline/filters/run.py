@@ -142,14 +142,10 @@ def run_filter(
     for k, t in enumerate(times):
         dt = float(t) - state.time
         predicted = filter.predict(state, dt) if dt > 0.0 else _standing(state)
+        _check_finite(predicted.state, k)
         after = filter.update(predicted, z[k], None if masks is None else masks[k])
         state = after.state
-        if not np.isfinite(state.mean).all():
-            run = int(np.argmin(np.isfinite(state.mean).all(axis=1)))
-            raise NumericalError(
-                f"the estimate of run {run} is not finite at epoch {k} ({t:.6g} s)",
-                do="the filter diverged: check model, process noise and learning rate",
-            )
+        _check_finite(state, k)
         mean[k], sigma[k] = state.mean, state.sigma
         innovation[k], nis[k] = after.innovation, after.nis
         freedom[k], accepted[k] = after.freedom, after.accepted
@@ -185,6 +181,16 @@ def normalised_error(state: FilterState, true: Array) -> Array:
     half = solve_lower(L, ((state.mean[:, :n0] - true) / size)[..., None])
     squares: Array = (half[..., 0] ** 2).sum(axis=-1)
     return squares
+
+
+def _check_finite(state: FilterState, epoch: int) -> None:
+    good = np.isfinite(state.mean)
+    if not good.all():
+        run = int(np.argmin(good.all(axis=1)))
+        raise NumericalError(
+            f"the estimate of run {run} is not finite at epoch {epoch} ({state.time:.6g} s)",
+            do="the filter diverged: check model, process noise and learning rate",
+        )
 
 
 def _standing(state: FilterState) -> Predicted:
