@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,14 +79,15 @@ class ExtendedKalmanFilter:
 
     def predict(self, state: FilterState, dt: float) -> Predicted:
         """Carry a state over ``dt`` > 0 seconds."""
-        mean, F, extra = self._propagate(state, dt)
+        mean, F, extra, memory = self._propagate(state, dt)
         Q = self.noise.covariance(state, dt)
         if Q.ndim == 2:
             Q = Q[None]
         if extra is not None:
             Q = Q + extra
         P = symmetrise(F @ state.covariance @ F.mT + Q)
-        return Predicted(FilterState(mean, P, state.time + dt, state.memory), F, Q, state)
+        after = FilterState(mean, P, state.time + dt, {**state.memory, **memory})
+        return Predicted(after, F, Q, state)
 
     def update(self, predicted: Predicted, z: Array, used: npt.ArrayLike | None = None) -> Updated:
         """Use the measurements of one epoch.
@@ -128,10 +130,12 @@ class ExtendedKalmanFilter:
 
     # What variants change ---------------------------------------------------------------------
 
-    def _propagate(self, state: FilterState, dt: float) -> tuple[Array, Array, Array | None]:
-        """Return the new mean, the transition and process noise of the model's own, or None."""
+    def _propagate(
+        self, state: FilterState, dt: float
+    ) -> tuple[Array, Array, Array | None, Mapping[str, Array]]:
+        """Return the new mean, the transition, noise of its own or None, and what to remember."""
         mean, F = self.model.propagate(state.mean, state.time, dt)
-        return mean, F, None
+        return mean, F, None, {}
 
     def _learned(self, predicted: Predicted, updated: Updated) -> Updated:
         """Return the update with what was learned from it in its memory."""

@@ -48,14 +48,15 @@ class SquareRootFilter(ExtendedKalmanFilter):
 
     def predict(self, state: FilterState, dt: float) -> Predicted:
         """Carry a state over ``dt`` > 0 seconds."""
-        mean, F, extra = self._propagate(state, dt)
+        mean, F, extra, more = self._propagate(state, dt)
         Q = self.noise.covariance(state, dt)
         Q = Q[None] if Q.ndim == 2 else Q
         if extra is not None:
             Q = Q + extra
         rows = _beside(F @ state.memory["root"], lower_root(Q))
         root = triangular_root(rows)
-        after = FilterState(mean, root @ root.mT, state.time + dt, {**state.memory, "root": root})
+        memory = {**state.memory, **more, "root": root}
+        after = FilterState(mean, root @ root.mT, state.time + dt, memory)
         return Predicted(after, F, Q, state)
 
     def update(self, predicted: Predicted, z: Array, used: npt.ArrayLike | None = None) -> Updated:
