@@ -82,7 +82,8 @@ class LearningFilter(ExtendedKalmanFilter):
         assert self.rule is not None
         shape = (len(state.mean), self.rule.features.size, 3)
         weights = self.spread * np.random.default_rng(self.seed).normal(size=shape)
-        memory = {"weights": weights, **state.memory}
+        response = np.zeros((*state.mean.shape, 3))
+        memory = {"weights": weights, "response": response, **state.memory}
         return FilterState(state.mean, state.covariance, state.time, memory)
 
     def acceleration(self, state: FilterState) -> Array:
@@ -106,4 +107,9 @@ class LearningFilter(ExtendedKalmanFilter):
         assert self.rule is not None
         if "push" not in predicted.state.memory:  # the first epoch: nothing was predicted
             return updated
+        # what an acceleration held ever since the start would have done to the estimate
+        before = predicted.previous.memory["response"]
+        left = np.eye(before.shape[1]) - updated.gain @ updated.design
+        response = left @ (predicted.transition @ before + predicted.state.memory["push"])
+        updated = remember(updated, {"response": response})
         return remember(updated, {"weights": self.rule.weights(predicted, updated)})

@@ -70,24 +70,27 @@ class GradientRule:
 
     With the gain as given, d rho / d w_ij = -phi_i H (I - K H) Gamma_j, Gamma the response of
     the state to an acceleration held over the step (dt_EU Omega_ps of Eq. 3.97, here by
-    `held_push`). In a gap the weights stay.
+    `held_push`). The papers stop there. But the estimate also remembers what the same weights
+    did to it in the steps before, which for a small gain is most of it: ``through_time`` takes
+    the whole response, M = (I - K H) (F M + Gamma), and divides by its square, so that the rate
+    depends neither on gain nor on units. In a gap the weights stay.
 
     Parameters
     ----------
     features : RBFFeatures
     rate : float
-        xi. With ``normalise`` a share of the step that would remove the residual, 0 to 2;
-        without, as printed, m^2/s^4 for each m^2.
+        xi. Through time, the share of the residual that one step would remove, well below 1;
+        as printed, m^2/s^4 for each m^2, and too large a one makes the filter diverge.
     relaxation : float
         Psi.
-    normalise : bool
-        Divide by |H (I - K H) Gamma|^2 |phi|^2: the rate no longer depends on step and units.
+    through_time : bool
+        False for the printed rule.
     """
 
     features: RBFFeatures
     rate: float
     relaxation: float = 1.0
-    normalise: bool = True
+    through_time: bool = True
 
     def __post_init__(self) -> None:
         _check(self.rate, self.relaxation)
@@ -95,7 +98,7 @@ class GradientRule:
     def weights(self, predicted: Predicted, updated: Updated) -> Array:
         """Return the next weights (b, M, 3)."""
         old = updated.state.memory["weights"]
-        step = self.rate * data_direction(self.features, predicted, updated, self.normalise)
+        step = self.rate * data_direction(self.features, predicted, updated, self.through_time)
         new = self.relaxation * old + step
         return np.where(updated.accepted[:, None, None], new, old)
 
@@ -122,8 +125,8 @@ class PhysicsRule:
         w_data, 0 to 1; w_ODE = 1 - w_data.
     relaxation : float
         Psi.
-    normalise : bool
-        Each term by the square of its own gradient with respect to the weights.
+    through_time : bool
+        As in `GradientRule`; the penalty is then divided by |phi|^2.
     """
 
     features: RBFFeatures
@@ -132,7 +135,7 @@ class PhysicsRule:
     rate: float
     data_weight: float = 0.5
     relaxation: float = 1.0
-    normalise: bool = True
+    through_time: bool = True
 
     def __post_init__(self) -> None:
         _check(self.rate, self.relaxation)
@@ -142,7 +145,7 @@ class PhysicsRule:
     def weights(self, predicted: Predicted, updated: Updated) -> Array:
         """Return the next weights (b, M, 3)."""
         old = updated.state.memory["weights"]
-        data = data_direction(self.features, predicted, updated, self.normalise)
+        data = data_direction(self.features, predicted, updated, self.through_time)
         data = np.where(updated.accepted[:, None, None], data, 0.0)
         ode = self.physics_direction(predicted, updated)
         step = self.data_weight * data + (1.0 - self.data_weight) * ode
@@ -163,25 +166,27 @@ class PhysicsRule:
         before, _ = self.features.evaluate(predicted.previous.mean)
         pull = (e[:, None, :] @ through)[:, 0]
         gradient = phi[:, :, None] * e[:, None, :] + before[:, :, None] * pull[:, None, :]
-        if self.normalise:
+        if self.through_time:
             square = (phi**2).sum(axis=1)
             gradient = gradient / square[:, None, None]
         return -gradient
 
 
 def data_direction(
-    features: RBFFeatures, predicted: Predicted, updated: Updated, normalise: bool
+    features: RBFFeatures, predicted: Predicted, updated: Updated, through_time: bool
 ) -> Array:
-    """Return minus the gradient (b, M, 3) of rho^T rho / 2: Eq. 3.102."""
+    """Return minus the gradient (b, M, 3) of rho^T rho / 2: Eq. 3.102; see `GradientRule`."""
     H = np.where(updated.used[:, :, None], updated.design, 0.0)
     K = updated.gain
     rho = updated.innovation - times(H @ K, updated.innovation)
-    left = np.eye(K.shape[1]) - K @ H
-    response = H @ left @ predicted.state.memory["push"]
+    if through_time:
+        response = H @ updated.state.memory["response"]
+    else:
+        response = H @ (np.eye(K.shape[1]) - K @ H) @ predicted.state.memory["push"]
     g = (rho[:, None, :] @ response)[:, 0]
     phi, _ = features.evaluate(predicted.previous.mean)
     direction: Array = phi[:, :, None] * g[:, None, :]
-    if normalise:
+    if through_time:
         size = np.linalg.norm(response, ord=2, axis=(1, 2)) ** 2 * (phi**2).sum(axis=1)
         direction = direction / np.maximum(size, np.finfo(float).tiny)[:, None, None]
     return direction
