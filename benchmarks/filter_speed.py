@@ -50,13 +50,14 @@ class TwoBody:
         rate[:, :3] = x[:, 3:]
         rate[:, 3:] = -k[:, None] * r
         A = np.zeros((len(x), 6, 6))
-        A[:, :3, 3:] = _ONE
-        A[:, 3:, :3] = (3.0 * k / square)[:, None, None] * r[:, :, None] * r[:, None, :]
-        A[:, 3:, :3] -= k[:, None, None] * _ONE
+        A[:, _UP, _UP + 3] = 1.0
+        gradient = A[:, 3:, :3]
+        np.multiply((r * (3.0 * k / square)[:, None])[:, :, None], r[:, None, :], out=gradient)
+        gradient[:, _UP, _UP] -= k[:, None]
         return rate, A
 
 
-_ONE = np.eye(3)
+_ONE, _UP = np.eye(3), np.arange(3)
 
 
 def data(runs: int, steps: int) -> tuple[FilterState, Array, Array, Array]:

@@ -24,6 +24,10 @@ __all__ = [
 ]
 
 
+#: Up to this row, sums of products are faster than a matrix product.
+_FEW = 3
+
+
 def symmetrise(P: Array) -> Array:
     """Return (P + P^T) / 2 of matrices (..., n, n)."""
     half: Array = 0.5 * (P + P.mT)
@@ -65,12 +69,14 @@ def cholesky(S: Array, what: str) -> Array:
 def solve_lower(L: Array, B: Array) -> Array:
     """Return L^-1 B for lower triangular ``L`` (..., n, n) and ``B`` (..., n, k)."""
     shape = np.broadcast_shapes(L.shape[:-2], B.shape[:-2])
-    X = np.empty((*shape, *B.shape[-2:]))
+    X = np.array(np.broadcast_to(B, (*shape, *B.shape[-2:])))
     for i in range(L.shape[-1]):
-        rest = B[..., i, :]
-        if i:
-            rest = rest - np.matmul(L[..., None, i, :i], X[..., :i, :])[..., 0, :]
-        X[..., i, :] = rest / L[..., i, i, None]
+        row = X[..., i, :]
+        for j in range(i) if i < _FEW else ():
+            row -= L[..., i, j, None] * X[..., j, :]
+        if i >= _FEW:
+            row -= np.matmul(L[..., None, i, :i], X[..., :i, :])[..., 0, :]
+        row /= L[..., i, i, None]
     return X
 
 

@@ -12,11 +12,11 @@ from unmodeled.core.arrays import Array
 from unmodeled.core.errors import ConfigError, DataError, InputError
 from unmodeled.pipeline.filters.algebra import symmetrise, times
 from unmodeled.pipeline.filters.interfaces import (
-    AngularMeasurement,
-    LearningNoise,
     MeasurementModel,
     ProcessModel,
     ProcessNoise,
+    is_angular,
+    is_learning,
 )
 from unmodeled.pipeline.filters.state import (
     Booleans,
@@ -42,7 +42,7 @@ class ExtendedKalmanFilter:
     model : ProcessModel
     measurement : MeasurementModel
     noise : ProcessNoise
-        Of one step; one that learns (`LearningNoise`) is told of every update.
+        Of one step; one that learns (`MatchedNoise`, `ForgettingNoise`) is told of every update.
     gate : float, optional
         Reject measurements that a good one would be worse than with less than this probability,
         e.g. 1e-6. A rejected one is logged and changes nothing.
@@ -73,7 +73,7 @@ class ExtendedKalmanFilter:
                 allowed=f"{self.model.size}, as the model",
             )
         memory = dict(state.memory)
-        if isinstance(self.noise, LearningNoise):
+        if is_learning(self.noise):
             memory |= self.noise.start(state)
         return FilterState(state.mean, state.covariance, state.time, memory)
 
@@ -139,7 +139,7 @@ class ExtendedKalmanFilter:
 
     def _learned(self, predicted: Predicted, updated: Updated) -> Updated:
         """Return the update with what was learned from it in its memory."""
-        if not isinstance(self.noise, LearningNoise):
+        if not is_learning(self.noise):
             return updated
         return remember(updated, self.noise.learn(predicted, updated))
 
@@ -150,7 +150,7 @@ class ExtendedKalmanFilter:
         return self.measurement.R
 
     def _difference(self, z: Array, expected: Array) -> Array:
-        if isinstance(self.measurement, AngularMeasurement):
+        if is_angular(self.measurement):
             return self.measurement.difference(z, expected)
         return z - expected
 

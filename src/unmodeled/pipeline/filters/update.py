@@ -12,9 +12,9 @@ from scipy.stats import chi2
 from unmodeled.core.arrays import Array
 from unmodeled.pipeline.filters.algebra import (
     cholesky,
-    cholesky_solve,
     joseph,
     solve_lower,
+    solve_upper,
     times,
 )
 from unmodeled.pipeline.filters.state import Booleans
@@ -90,17 +90,24 @@ def correct(
         Reject a measurement whose NIS a good one would exceed with less than this probability.
     """
     H, R, innovation = mask_rows(H, R, innovation, used)
-    PHt = P @ H.mT
-    S = H @ PHt + R
+    HP = H @ P
+    S = HP @ H.mT + R
     L = cholesky(S, "the innovation covariance")
-    nis = (solve_lower(L, innovation[..., None])[..., 0] ** 2).sum(axis=-1)
+    if len(L) == 1:
+        whitened, half = solve_lower(L, HP), solve_lower(L, innovation[..., None])[..., 0]
+    else:  # one pass for both
+        stack = np.empty((*innovation.shape, P.shape[-1] + 1))
+        stack[..., :-1], stack[..., -1] = HP, innovation
+        stack = solve_lower(L, stack)
+        whitened, half = stack[..., :-1], stack[..., -1]
+    nis = (half * half).sum(axis=-1)
     freedom = np.broadcast_to(used, innovation.shape).sum(axis=-1)
     accepted = freedom > 0
     if gate is not None:
         # accepted where it cannot be rejected: NaN never passes
         limits = np.array([gate_threshold(gate, k) for k in range(innovation.shape[1] + 1)])
         accepted = accepted & (nis <= limits[freedom])
-    K = cholesky_solve(L, PHt.mT).mT
+    K = solve_upper(L.mT, whitened).mT
     if not accepted.all() and (accepted.any() or len(K) > 1):
         K = np.where(accepted[:, None, None], K, 0.0)
     elif not accepted.any():
