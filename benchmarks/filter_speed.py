@@ -44,20 +44,21 @@ class TwoBody:
     def rates(self, x: Array, t: float) -> tuple[Array, Array]:
         """See `RateModel`."""
         r = x[:, :3]
-        square = (r * r).sum(axis=1)
+        square = np.einsum("bi,bi->b", r, r)
         k = GM / (square * np.sqrt(square))
         rate = np.empty_like(x)
         rate[:, :3] = x[:, 3:]
-        rate[:, 3:] = -k[:, None] * r
+        np.multiply(-k[:, None], r, out=rate[:, 3:])
         A = np.zeros((len(x), 6, 6))
-        A[:, _UP, _UP + 3] = 1.0
+        A[:, :3, 3:] = _ONE
         gradient = A[:, 3:, :3]
         np.multiply((r * (3.0 * k / square)[:, None])[:, :, None], r[:, None, :], out=gradient)
-        gradient[:, _UP, _UP] -= k[:, None]
+        diagonal = np.einsum("bii->bi", gradient)  # a view
+        diagonal -= k[:, None]
         return rate, A
 
 
-_ONE, _UP = np.eye(3), np.arange(3)
+_ONE = np.eye(3)
 
 
 def data(runs: int, steps: int) -> tuple[FilterState, Array, Array, Array]:

@@ -30,7 +30,8 @@ _FEW = 3
 
 def symmetrise(P: Array) -> Array:
     """Return (P + P^T) / 2 of matrices (..., n, n)."""
-    half: Array = 0.5 * (P + P.mT)
+    half: Array = P + P.mT
+    half *= 0.5
     return half
 
 
@@ -103,7 +104,9 @@ def joseph(P: Array, K: Array, H: Array, R: Array) -> Array:
     R : ndarray (..., m, m)
     """
     left = np.eye(P.shape[-1]) - K @ H
-    return symmetrise(left @ P @ left.mT + K @ R @ K.mT)
+    whole = left @ P @ left.mT
+    whole += K @ R @ K.mT
+    return symmetrise(whole)
 
 
 def triangular_root(rows: Array) -> Array:
