@@ -117,7 +117,7 @@ class ExtendedKalmanFilter:
             covariance, gain = found.covariance, found.gain
         after = Updated(
             FilterState(mean, covariance, state.time, state.memory),
-            np.where(mask, innovation, 0.0),
+            innovation if mask.all() else np.where(mask, innovation, 0.0),
             found.innovation_covariance,
             found.nis,
             found.freedom,
@@ -155,11 +155,13 @@ class ExtendedKalmanFilter:
         return z - expected
 
     def _mask(self, z: Array, used: npt.ArrayLike | None) -> Booleans:
-        there: Booleans = np.isfinite(z)
         if z.shape[-1] != len(self._R):
             raise DataError(
                 f"a measurement has {z.shape[-1]} components", allowed=f"{len(self._R)}, as R"
             )
+        there: Booleans = np.isfinite(z)
+        if used is None and there.all():
+            return there[:1]
         if np.isinf(z).any():
             raise DataError("a measurement is infinite", allowed="numbers, or NaN for a gap")
         if used is not None:
