@@ -342,7 +342,7 @@ def test_network_trained_on_gauss_markov_states_and_fed_back(scene):
     quiet = GaussMarkov.of_sigma(2000.0, 1e-6)
     fed = run_filter(replace(dmc, model=model, noise=quiet), begin, times_, z[:, :, :3])
     cut = [np.sqrt(np.mean((r.mean[600:, 5:, :3] - truth[600:, 5:, :3]) ** 2)) for r in (run, fed)]
-    assert cut[1] < 0.92 * cut[0]  # runs that it was not trained on; measured 0.85
+    assert cut[1] < 0.92 * cut[0]  # runs that it was not trained on; measured 0.79
     assert network.validation_percent < 30
 
 
