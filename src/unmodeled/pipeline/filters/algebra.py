@@ -16,6 +16,7 @@ __all__ = [
     "cholesky_solve",
     "joseph",
     "lower_root",
+    "sandwich",
     "solve_lower",
     "solve_upper",
     "symmetrise",
@@ -33,6 +34,13 @@ def symmetrise(P: Array) -> Array:
     half: Array = P + P.mT
     half *= 0.5
     return half
+
+
+def sandwich(A: Array, P: Array) -> Array:
+    """Return A P A^T of matrices (..., m, n) and (..., n, n)."""
+    # numpy multiplies contiguous stacks twice as fast as transposed views
+    whole: Array = (A @ P) @ np.ascontiguousarray(A.mT)
+    return whole
 
 
 def times(A: Array, x: Array) -> Array:
@@ -104,9 +112,7 @@ def joseph(P: Array, K: Array, H: Array, R: Array) -> Array:
     R : ndarray (..., m, m)
     """
     left = np.eye(P.shape[-1]) - K @ H
-    whole = left @ P @ left.mT
-    whole += K @ R @ K.mT
-    return symmetrise(whole)
+    return symmetrise(sandwich(left, P) + sandwich(K, R))
 
 
 def triangular_root(rows: Array) -> Array:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import ConfigError, DataError, InputError
-from unmodeled.pipeline.filters.algebra import symmetrise, times
+from unmodeled.pipeline.filters.algebra import sandwich, symmetrise, times
 from unmodeled.pipeline.filters.interfaces import (
     MeasurementModel,
     ProcessModel,
@@ -85,7 +85,7 @@ class ExtendedKalmanFilter:
             Q = Q[None]
         if extra is not None:
             Q = Q + extra
-        P = symmetrise(F @ state.covariance @ F.mT + Q)
+        P = symmetrise(sandwich(F, state.covariance) + Q)
         after = FilterState(mean, P, state.time + dt, {**state.memory, **memory})
         return Predicted(after, F, Q, state)
 

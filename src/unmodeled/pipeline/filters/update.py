@@ -90,7 +90,7 @@ def correct(
     """
     H, R, innovation = mask_rows(H, R, innovation, used)
     HP = H @ P
-    S = HP @ H.mT + R
+    S = HP @ np.ascontiguousarray(H.mT) + R
     L = cholesky(S, "the innovation covariance")
     # The inverse of the triangular factor, m x m: as stable as a substitution for each column
     # (its errors are those of L, not of S), and a third of the time for many runs.
@@ -108,7 +108,7 @@ def correct(
         # accepted where it cannot be rejected: NaN never passes
         limits = np.array([gate_threshold(gate, k) for k in range(innovation.shape[1] + 1)])
         accepted = accepted & (nis <= limits[freedom])
-    K = (inverse.mT @ whitened).mT
+    K = np.ascontiguousarray((inverse.mT @ whitened).mT)
     if not accepted.all() and (accepted.any() or len(K) > 1):
         K = np.where(accepted[:, None, None], K, 0.0)
     elif not accepted.any():
