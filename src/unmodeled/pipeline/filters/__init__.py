@@ -1,0 +1,1 @@
+"""Kalman filters: pure functions on immutable states, batched over Monte-Carlo runs."""

@@ -1,0 +1,206 @@
+"""Fitted learners as bare arrays: mean, Jacobian and covariance in one pass, numpy only.
+
+Each gives what the learner's own ``predict``, ``jacobian`` and ``predict_covariance`` give,
+computing kernels, activations or harmonics once for the three. Normalised units.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from unmodeled.core.arrays import Array
+from unmodeled.models.learned import (
+    ExactGP,
+    HarmonicGP,
+    Learner,
+    PointMassOnly,
+    RBFNetwork,
+    Residual,
+    SpectralMLP,
+)
+from unmodeled.models.learned.scaling import Standardiser
+from unmodeled.models.physics.exterior_harmonics import derivative, exterior_harmonics
+
+__all__ = ["FrozenField", "freeze"]
+
+#: Acceleration (b, 3), Jacobian (b, 3, 3) and covariance (b, 3, 3) or None at positions (b, 3).
+FrozenField: TypeAlias = Callable[[Array], tuple[Array, Array, Array | None]]
+
+
+def freeze(learner: Learner) -> FrozenField:
+    """Return a fitted learner as a function that later fits of the learner do not change.
+
+    Learners without a form of their own here are copied and called: their contract is numpy,
+    too, only with each of the three computed by itself.
+    """
+    learner._require_fitted()
+    for kind, make in _FORMS.items():
+        if type(learner) is kind:
+            return make(learner)
+    return _Copied(copy.deepcopy(learner))
+
+
+@dataclass(frozen=True)
+class _Copied:
+    learner: Learner
+
+    def __call__(self, X: Array) -> tuple[Array, Array, Array | None]:
+        covariance = self.learner._predict_covariance(X) if self.learner.has_covariance else None
+        return self.learner._predict(X), self.learner._jacobian(X), covariance
+
+
+@dataclass(frozen=True)
+class _Sum:
+    """Known point mass and learned rest, [Residual]."""
+
+    mass: FrozenField
+    rest: FrozenField
+
+    @classmethod
+    def of(cls, learner: Learner) -> _Sum:
+        assert isinstance(learner, Residual)
+        return cls(_Copied(learner._baseline()), freeze(learner.learner_))
+
+    def __call__(self, X: Array) -> tuple[Array, Array, Array | None]:
+        (a, J, _), (rest, slope, covariance) = self.mass(X), self.rest(X)
+        return a + rest, J + slope, covariance
+
+
+@dataclass(frozen=True)
+class _Process:
+    """Exact Gaussian process, [Rasmussen2006] Algorithm 2.1."""
+
+    scaling: Standardiser
+    x: Array
+    theta: Array
+    weights: Array
+    factors: Array
+
+    @classmethod
+    def of(cls, learner: Learner) -> _Process:
+        assert isinstance(learner, ExactGP)
+        arrays = {key: value.copy() for key, value in learner._arrays().items()}
+        factors = learner._factorise().copy()
+        scaling = Standardiser.restore(arrays)
+        return cls(scaling, arrays["x"], arrays["theta"], arrays["weights"], factors)
+
+    def __call__(self, X: Array) -> tuple[Array, Array, Array]:
+        x = self.scaling.positions(X)
+        offset = x[:, None, :] - self.x[None, :, :]
+        square = (offset**2).sum(axis=-1)[:, None, :]
+        length, signal = self.theta[0], self.theta[1]
+        kernel = signal[:, None] * np.exp(-0.5 / length[:, None] ** 2 * square)
+        weighted = kernel * self.weights
+        mean = self.scaling.accelerations(self.theta[3] + weighted.sum(axis=-1))
+        slope = np.einsum("bik,bkj->bij", weighted, offset)
+        J = -self.scaling.slope * slope / length[:, None] ** 2
+        covariance = np.zeros((len(X), 3, 3))
+        for i in range(3):
+            half = solve_triangular(self.factors[i], kernel[:, i].T, lower=True, check_finite=False)
+            variance = signal[i] - (half**2).sum(axis=0)
+            floor = np.finfo(float).eps * signal[i]
+            covariance[:, i, i] = np.maximum(variance, floor) * self.scaling.y_scale**2
+        return mean, J, covariance
+
+
+@dataclass(frozen=True)
+class _Network:
+    """ReLU network."""
+
+    scaling: Standardiser
+    weights: tuple[Array, ...]
+    biases: tuple[Array, ...]
+
+    @classmethod
+    def of(cls, learner: Learner) -> _Network:
+        assert isinstance(learner, SpectralMLP)
+        weights = tuple(w.copy() for w in learner._weights)
+        return cls(learner._scaling, weights, tuple(b.copy() for b in learner._biases))
+
+    def __call__(self, X: Array) -> tuple[Array, Array, None]:
+        h = self.scaling.positions(X)
+        slopes = np.broadcast_to(np.eye(3), (len(X), 3, 3))
+        for weight, bias in zip(self.weights[:-1], self.biases[:-1], strict=True):
+            h = h @ weight.T + bias
+            active = h > 0.0
+            h = np.where(active, h, 0.0)
+            slopes = active[:, :, None] * (weight @ slopes)
+        mean = self.scaling.accelerations(h @ self.weights[-1].T + self.biases[-1])
+        return mean, self.scaling.slope * (self.weights[-1] @ slopes), None
+
+
+@dataclass(frozen=True)
+class _Gaussians:
+    """Normalised Gaussians [Moody1989], as a softmax."""
+
+    scaling: Standardiser
+    centres: Array
+    weights: Array
+    width: float
+
+    @classmethod
+    def of(cls, learner: Learner) -> _Gaussians:
+        assert isinstance(learner, RBFNetwork)
+        centres, weights = learner._centres.copy(), learner._weights.copy()
+        return cls(learner._scaling, centres, weights, learner._width)
+
+    def __call__(self, X: Array) -> tuple[Array, Array, None]:
+        x = self.scaling.positions(X)
+        logits = (x @ self.centres.T - 0.5 * (self.centres**2).sum(axis=1)) / self.width**2
+        logits -= logits.max(axis=1, keepdims=True)
+        shares = np.exp(logits)
+        shares /= shares.sum(axis=1, keepdims=True)
+        scaled = shares @ self.weights.T
+        # d share_j / dx = share_j (c_j - mean c) / w^2
+        offset = self.centres[None] - (shares @ self.centres)[:, None, :]
+        slope = self.weights @ (shares[:, :, None] * offset)
+        J = self.scaling.slope / self.width**2 * slope
+        return self.scaling.accelerations(scaled), J, None
+
+
+@dataclass(frozen=True)
+class _Harmonics:
+    """Exterior harmonics with the covariance of their coefficients."""
+
+    degree: int
+    gm: float
+    radius: float
+    mean: Array
+    root: Array
+
+    @classmethod
+    def of(cls, learner: Learner) -> _Harmonics:
+        assert isinstance(learner, HarmonicGP)
+        mean, root = learner.coefficients_.copy(), learner.covariance_root_.copy()
+        return cls(learner.degree_, learner.gm, learner.radius, mean, root)
+
+    def __call__(self, X: Array) -> tuple[Array, Array, Array]:
+        table = exterior_harmonics(X / self.radius, self.degree + 2)
+        first = [derivative(table, i) for i in range(3)]
+        size = len(self.mean)
+        design = np.stack([f[:size] for f in first])
+        scale = self.gm / self.radius**2
+        a = scale * np.stack([self.mean @ d for d in design], axis=1)
+        J = np.empty((len(X), 3, 3))
+        for i in range(3):
+            for j in range(i, 3):
+                J[:, i, j] = J[:, j, i] = self.mean @ derivative(first[i], j)
+        half = scale * design.transpose(2, 0, 1) @ self.root
+        covariance = half @ half.mT
+        return a, J * (scale / self.radius), 0.5 * (covariance + covariance.mT)
+
+
+_FORMS: dict[type[Learner], Callable[[Learner], FrozenField]] = {
+    Residual: _Sum.of,
+    ExactGP: _Process.of,
+    SpectralMLP: _Network.of,
+    RBFNetwork: _Gaussians.of,
+    HarmonicGP: _Harmonics.of,
+    PointMassOnly: lambda learner: _Copied(copy.deepcopy(learner)),
+}
