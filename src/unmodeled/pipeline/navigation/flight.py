@@ -63,6 +63,8 @@ class Flight:
         Names of the three axes.
     impulses : tuple of (float, ndarray (3,))
         Known changes of velocity: time and size.
+    nonlinear : RateModel, optional
+        The best model that the papers fly, where it is neither ``base`` nor ``exact``.
     facts : mapping of str to float
         What is worth knowing of the truth.
     """
@@ -84,6 +86,7 @@ class Flight:
     scale: Scale = Scale()
     axes: tuple[str, str, str] = ("x", "y", "z")
     impulses: tuple[tuple[float, Array], ...] = ()
+    nonlinear: RateModel | None = None
     facts: Mapping[str, float] = field(default_factory=dict)
 
     @property

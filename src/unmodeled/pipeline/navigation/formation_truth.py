@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.constants import GM_OF, RADIUS_OF
@@ -24,20 +26,38 @@ from unmodeled.models.physics import (
 from unmodeled.models.physics.motion import ClohessyWiltshire, ReferenceOrbit, XuWang
 from unmodeled.models.physics.motion.reference_orbit import Oblate
 from unmodeled.pipeline.cases.surroundings import Surroundings
+from unmodeled.pipeline.filters.interfaces import RateModel
 from unmodeled.pipeline.filters.linear import LinearMeasurement
 from unmodeled.pipeline.navigation.flight import Flight
 from unmodeled.pipeline.navigation.scenario_config import CraftConfig, FormationConfig
 
 __all__ = ["formation_flight"]
 
+@dataclass(frozen=True)
+class _Told:
+    """A model with an acceleration that is known as a function of time."""
+
+    model: RateModel
+    missing: CubicSpline
+
+    @property
+    def size(self) -> int:
+        return self.model.size
+
+    def rates(self, x: Array, t: float) -> tuple[Array, Array]:
+        rate, slope = self.model.rates(x, t)
+        rate[:, 3:] += self.missing(t)
+        return rate, slope
+
+
 _MARGIN = 60.0  # s of track beyond the end, for the integrator's last step
 
 
 def formation_flight(config: FormationConfig) -> Flight:
-    """Fly both spacecraft; the filter's base is Clohessy-Wiltshire, the exact model Xu-Wang.
+    """Fly both spacecraft.
 
-    "Exact" means the best that a relative model says without a table of forces: a point mass and
-    J2 about the true orbit of the target. Higher harmonics, air and light stay unknown to it.
+    The filter's base is Clohessy-Wiltshire, the nonlinear model Xu-Wang about the true orbit of
+    the target: it misses higher harmonics, air and light. The exact model is told what is missing.
     """
     field = egm2008_values(max(config.degree, 2))
     gm, radius = field["GM"], field["R_ref"]
@@ -60,7 +80,12 @@ def formation_flight(config: FormationConfig) -> Flight:
 
     body = Oblate(gm, j2, radius)
     base = ClohessyWiltshire(2.0 * math.pi / period)
-    exact = XuWang(ReferenceOrbit.from_states(times, target, body))
+    nonlinear = XuWang(ReferenceOrbit.from_states(times, target, body))
+    acceleration = _rate_of(times, truth)
+    said = np.concatenate(
+        [nonlinear.rates(x[None], float(t))[0][:, 3:] for x, t in zip(truth, times, strict=True)]
+    )
+    exact = _Told(nonlinear, CubicSpline(times, acceleration - said))
     gap = config.gap_orbits
     phases = {} if gap is None else {"gap": (gap[0] * period, gap[1] * period)}
     used = np.ones(len(times), dtype=bool)
@@ -76,9 +101,10 @@ def formation_flight(config: FormationConfig) -> Flight:
         title="formation in low Earth orbit",
         times=times,
         truth=truth,
-        disturbance=_rate_of(times, truth) - base.rates(truth, 0.0)[0][:, 3:],
+        disturbance=acceleration - base.rates(truth, 0.0)[0][:, 3:],
         base=base,
         exact=exact,
+        nonlinear=nonlinear,
         measurement=LinearMeasurement.of_sigma(columns, sigmas[: len(columns)], 6),
         used=used,
         start_sigma=sigma,
@@ -96,8 +122,6 @@ def _rate_of(times: Array, truth: Array) -> Array:
     A quintic spline through positions would lose digits; a cubic through velocities at a step of
     30 s is wrong by n^4 h^3 d / 24, below 1e-10 m/s2 at 30 m.
     """
-    from scipy.interpolate import CubicSpline
-
     slope: Array = CubicSpline(times, truth[:, 3:])(times, 1)
     return slope
 
