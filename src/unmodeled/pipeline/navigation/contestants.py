@@ -231,3 +231,4 @@ register(Entry("exact", "true model", {"noise": _NAN}, _exact, "reference"))
 
 def _load() -> None:
     """Import the modules that register further filters."""
+    import unmodeled.pipeline.navigation.learning_contestants  # noqa: F401

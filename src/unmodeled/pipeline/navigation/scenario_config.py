@@ -144,17 +144,19 @@ class CislunarConfig(Common):
 
 
 class TransferConfig(Section):
-    """An impulse that lowers the orbit: at the end of the first phase to another periapsis."""
+    """A known impulse along the track to another semi-major axis, then ``coast_s`` without data."""
 
     at_s: Positive
     semi_major_axis_km: Positive
+    coast_s: Positive
 
 
 class SmallBodyConfig(Common):
     """A spacecraft about a small body of which only the mass is known.
 
-    ``learn_s``: until then a point mass with DMC flies and labels are gathered; then the learner
-    is fitted, and flies through a gap and a transfer to a lower orbit.
+    Positions are measured; a gap follows, then a transfer to a lower orbit and a second gap. The
+    filter ``learned`` flies a point mass with DMC until ``learn_s``, fits ``learner`` to the
+    smoothed accelerations of that time, and flies what it learned from there on.
     """
 
     kind: Literal["small_body"]
