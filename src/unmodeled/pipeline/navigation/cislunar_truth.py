@@ -63,7 +63,7 @@ def cislunar_flight(config: CislunarConfig) -> Flight:
     """
     full = RestrictedThreeBody(config.mass_share, sun_mass=SUN_MASS, push=config.push)
     base = replace(full, sun_mass=0.0, push=0.0)
-    times = config.step * np.arange(config.steps + 1)
+    times: Array = np.arange(config.steps + 1, dtype=np.float64) * config.step
     found = solve_ivp(
         lambda t, x: full.rates(x[None], t)[0][0],
         (0.0, times[-1]),

@@ -198,9 +198,7 @@ def _dmc(order: int) -> Callable[[Flight, Array, Mapping[str, float]], Contestan
 def _exact(flight: Flight, starts: Array, n: Mapping[str, float]) -> Contestant:
     noise = WhiteAcceleration(n["noise"] ** 2)
     model = flight.flown(RungeKutta(flight.exact, flight.longest))
-    return Contestant(
-        ExtendedKalmanFilter(model, flight.measurement, noise), begin(flight, starts)
-    )
+    return Contestant(ExtendedKalmanFilter(model, flight.measurement, noise), begin(flight, starts))
 
 
 def _nonlinear(flight: Flight, starts: Array, n: Mapping[str, float]) -> Contestant:
@@ -210,21 +208,27 @@ def _nonlinear(flight: Flight, starts: Array, n: Mapping[str, float]) -> Contest
         )
     noise = WhiteAcceleration(n["noise"] ** 2)
     model = flight.flown(RungeKutta(flight.nonlinear, flight.longest))
-    return Contestant(
-        ExtendedKalmanFilter(model, flight.measurement, noise), begin(flight, starts)
-    )
+    return Contestant(ExtendedKalmanFilter(model, flight.measurement, noise), begin(flight, starts))
 
 
 _NAN = float("nan")
 register(Entry("kf", "base model, white noise", {"noise": _NAN}, _kf))
 register(
-    Entry("matched", "base model, noise matched to innovations", {"noise": _NAN, "window": 500.0},
-          _matched)
+    Entry(
+        "matched",
+        "base model, noise matched to innovations",
+        {"noise": _NAN, "window": 500.0},
+        _matched,
+    )
 )
-register(Entry("dmc", "base model, DMC of first order", {"sigma": _NAN, "time_constant": _NAN},
-               _dmc(1)))
-register(Entry("dmc2", "base model, DMC of second order", {"sigma": _NAN, "time_constant": _NAN},
-               _dmc(2)))
+register(
+    Entry("dmc", "base model, DMC of first order", {"sigma": _NAN, "time_constant": _NAN}, _dmc(1))
+)
+register(
+    Entry(
+        "dmc2", "base model, DMC of second order", {"sigma": _NAN, "time_constant": _NAN}, _dmc(2)
+    )
+)
 register(Entry("nonlinear", "nonlinear model of the papers", {"noise": _NAN}, _nonlinear))
 register(Entry("exact", "true model", {"noise": _NAN}, _exact, "reference"))
 

@@ -33,6 +33,7 @@ from unmodeled.pipeline.navigation.scenario_config import CraftConfig, Formation
 
 __all__ = ["formation_flight"]
 
+
 @dataclass(frozen=True)
 class _Told:
     """A model with an acceleration that is known as a function of time."""
@@ -117,7 +118,7 @@ def formation_flight(config: FormationConfig) -> Flight:
 
 
 def _rate_of(times: Array, truth: Array) -> Array:
-    """True relative accelerations (k, 3): the slope of a spline through states and velocities.
+    """Return true relative accelerations (k, 3), the slope of a spline through velocities.
 
     A quintic spline through positions would lose digits; a cubic through velocities at a step of
     30 s is wrong by n^4 h^3 d / 24, below 1e-10 m/s2 at 30 m.

@@ -10,16 +10,20 @@ import numpy.typing as npt
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import ConfigError
+from unmodeled.models.physics.motion import CentralBody
 from unmodeled.pipeline.filters.adaptive import ForgettingNoise
 from unmodeled.pipeline.filters.basis import Basis, HarmonicBasis, RBFBasis, RBFFeatures
 from unmodeled.pipeline.filters.extended import ExtendedKalmanFilter
+from unmodeled.pipeline.filters.flight_form import FlightForm
 from unmodeled.pipeline.filters.learning_filter import LearningFilter
 from unmodeled.pipeline.filters.learning_rules import GradientRule, LyapunovRule, PhysicsRule
 from unmodeled.pipeline.filters.process_noise import WhiteAcceleration
 from unmodeled.pipeline.filters.run import FilterRun
 from unmodeled.pipeline.filters.runge_kutta import RungeKutta
 from unmodeled.pipeline.filters.state import FilterState, Predicted, Updated
+from unmodeled.pipeline.filters.with_residual import WithResidual
 from unmodeled.pipeline.filters.with_weights import WithWeights, WithWeightsNoise
+from unmodeled.pipeline.learned_field import LearnedField
 from unmodeled.pipeline.navigation.contestants import (
     Contestant,
     Entry,
@@ -29,7 +33,7 @@ from unmodeled.pipeline.navigation.contestants import (
 )
 from unmodeled.pipeline.navigation.flight import Flight
 
-__all__ = ["TurningBasis"]
+__all__ = ["TurningBasis", "fixed_field"]
 
 _NAN = float("nan")
 
@@ -79,7 +83,12 @@ def _rbf(kind: str) -> Callable[[Flight, Array, Mapping[str, float]], Contestant
             if flight.nonlinear is None:
                 raise ConfigError(f"{flight.title} has no physics for a PINN", do="use rbf")
             rule = PhysicsRule(
-                features, flight.nonlinear, flight.base, n["rate"], n["data_weight"], n["relaxation"]
+                features,
+                flight.nonlinear,
+                flight.base,
+                n["rate"],
+                n["data_weight"],
+                n["relaxation"],
             )
         elif kind == "gradient":
             rule = GradientRule(features, n["rate"], n["relaxation"])
@@ -177,17 +186,73 @@ class TurningBasis:
         return np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
+def fixed_field(flight: Flight, starts: Array, learned: LearnedField, noise: float) -> Contestant:
+    """Return the filter that flies a field learned elsewhere as the residual to a point mass.
+
+    Its units say the mass it was learned beside; what the field adds to that mass is the
+    residual.
+    """
+    form = FlightForm.of(learned)
+    model = WithResidual(CentralBody(1e-12), form)
+    steps = flight.flown(RungeKutta(model, flight.longest))
+
+    def believed(run: FilterRun) -> Array:
+        return np.stack(
+            [
+                form.evaluate(x, 0.0)[0] - flight.base.rates(x, 0.0)[0][:, 3:]
+                for x in run.mean[:, :, :6]
+            ]
+        )
+
+    white = WhiteAcceleration(noise**2)
+    return Contestant(
+        ExtendedKalmanFilter(steps, flight.measurement, white), begin(flight, starts), believed
+    )
+
+
+def _needs_file(flight: Flight, starts: Array, n: Mapping[str, float]) -> Contestant:
+    raise ConfigError('filter "learned" without a learned field', do="give --learner FILE")
+
+
 _NETWORK = {"noise": _NAN, "rate": _NAN, "neurons": 30.0, "eta": 1.0, "relaxation": 1.0}
-register(Entry("rbf", "RBF network, Lyapunov rule", _NETWORK | {"raw": 0.0}, _rbf("lyapunov"),
-               "learned"))
-register(Entry("rbf_adaptive", "RBF network, Lyapunov rule, adapted Q as printed",
-               _NETWORK | {"raw": 1.0, "alpha": 0.99}, _rbf("lyapunov"), "learned"))
+register(
+    Entry("rbf", "RBF network, Lyapunov rule", _NETWORK | {"raw": 0.0}, _rbf("lyapunov"), "learned")
+)
+register(
+    Entry(
+        "rbf_adaptive",
+        "RBF network, Lyapunov rule, adapted Q as printed",
+        _NETWORK | {"raw": 1.0, "alpha": 0.99},
+        _rbf("lyapunov"),
+        "learned",
+    )
+)
 register(Entry("gradient", "RBF network, gradient rule", _NETWORK, _rbf("gradient"), "learned"))
-register(Entry("pinn", "RBF network, physics penalty", _NETWORK | {"data_weight": 0.5},
-               _rbf("pinn"), "learned"))
-register(Entry("weights", "RBF network, Kalman weights",
-               {"noise": _NAN, "sigma": _NAN, "neurons": 8.0, "eta": 1.0, "drift": 0.0},
-               _weights, "learned"))
-register(Entry("harmonic", "gravity harmonics, Kalman weights",
-               {"noise": _NAN, "degree": 5.0, "amplitude": 0.05, "attenuation": 0.7},
-               _harmonic, "learned"))
+register(
+    Entry(
+        "pinn",
+        "RBF network, physics penalty",
+        _NETWORK | {"data_weight": 0.5},
+        _rbf("pinn"),
+        "learned",
+    )
+)
+register(
+    Entry(
+        "weights",
+        "RBF network, Kalman weights",
+        {"noise": _NAN, "sigma": _NAN, "neurons": 8.0, "eta": 1.0, "drift": 0.0},
+        _weights,
+        "learned",
+    )
+)
+register(
+    Entry(
+        "harmonic",
+        "gravity harmonics, Kalman weights",
+        {"noise": _NAN, "degree": 5.0, "amplitude": 0.05, "attenuation": 0.7},
+        _harmonic,
+        "learned",
+    )
+)
+register(Entry("learned", "learned field of a file", {"noise": 1e-8}, _needs_file, "learned"))

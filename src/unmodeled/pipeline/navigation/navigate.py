@@ -13,9 +13,11 @@ from unmodeled.core.errors import ConfigError, NumericalError
 from unmodeled.core.provenance import collect_provenance
 from unmodeled.pipeline.filters.consistency import consistency
 from unmodeled.pipeline.filters.run import FilterRun, run_filter
+from unmodeled.pipeline.learned_field import LearnedField
 from unmodeled.pipeline.navigation.contestants import Contestant, build, entry
 from unmodeled.pipeline.navigation.flight import Flight, draw
 from unmodeled.pipeline.navigation.floor import riccati_floor
+from unmodeled.pipeline.navigation.learning_contestants import fixed_field
 from unmodeled.pipeline.navigation.result import Flown, NavigationResult
 from unmodeled.pipeline.navigation.scenario_config import (
     CislunarConfig,
@@ -80,9 +82,19 @@ def navigate(
             allowed="a learned field in scenarios about a small body",
             do="leave --learner out",
         )
+    made: dict[str, Callable[[Any], Contestant]] = {}
+    notes: tuple[str, ...] = ()
+    if learner is not None and "learned" not in config.filters:
+        more = [*config.filters, "learned"]
+        config = resolve_scenario(config.as_dict() | {"filters": more}, config.name)
     tell("truth", 0.0)
     flight = simulate_flight(config)
-    return fly(config, flight, tell)
+    if learner is not None:
+        field = LearnedField.load(learner)
+        noise = config.tuning.get("learned", {}).get("noise", entry("learned").tuning["noise"])
+        made["learned"] = lambda starts: fixed_field(flight, starts, field, noise)
+        notes = (f"The filter learned flies the field of {Path(learner).name}.",)
+    return fly(config, flight, tell, made, notes)
 
 
 def simulate_flight(config: ScenarioConfig) -> Flight:

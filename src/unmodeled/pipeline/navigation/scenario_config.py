@@ -154,9 +154,8 @@ class TransferConfig(Section):
 class SmallBodyConfig(Common):
     """A spacecraft about a small body of which only the mass is known.
 
-    Positions are measured; a gap follows, then a transfer to a lower orbit and a second gap. The
-    filter ``learned`` flies a point mass with DMC until ``learn_s``, fits ``learner`` to the
-    smoothed accelerations of that time, and flies what it learned from there on.
+    Positions are measured; a gap follows, then a transfer to a lower orbit and a second gap. What
+    a filter has learned before must carry it through both.
     """
 
     kind: Literal["small_body"]
@@ -168,11 +167,9 @@ class SmallBodyConfig(Common):
     duration_s: Positive
     measured: MeasuredConfig
     start: StartConfig
-    learn_s: Positive
     settle_s: NonNegative
     gap_s: tuple[NonNegative, NonNegative]
     transfer: TransferConfig
-    learner: str = "harmonic_gp"
 
 
 ScenarioConfig: TypeAlias = FormationConfig | CislunarConfig | SmallBodyConfig

@@ -39,7 +39,7 @@ class _Compiled:
 
 
 def small_body_flight(config: SmallBodyConfig) -> Flight:
-    """Fly about the body: learn, gap, transfer, coast.
+    """Fly about the body: measure, gap, measure, transfer, coast.
 
     Raises
     ------
@@ -51,10 +51,10 @@ def small_body_flight(config: SmallBodyConfig) -> Flight:
     body = load_body(config.body)
     start_gap, end_gap = config.gap_s
     at = config.transfer.at_s
-    if not config.learn_s <= start_gap < end_gap <= at < at + config.transfer.coast_s:
+    if not start_gap < end_gap <= at < at + config.transfer.coast_s:
         raise ConfigError(
-            f"learn_s {config.learn_s:g}, gap_s {start_gap:g} to {end_gap:g}, transfer {at:g}",
-            allowed="learn, then the gap, then the transfer, in this order",
+            f"gap_s {start_gap:g} to {end_gap:g}, transfer {at:g}",
+            allowed="first the gap, then the transfer",
         )
     dynamics = _field(body, config)
     o = config.orbit
