@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from unmodeled.core.arrays import Array
 from unmodeled.pipeline.navigation.result import Flown, NavigationResult
 from unmodeled.reports.figures.comparison_in_time import time_unit
+from unmodeled.reports.figures.log_axes import LogRange, decades
 from unmodeled.reports.numbers import engineering
 from unmodeled.reports.style import figure_style, new_figure
 
@@ -70,6 +71,9 @@ def error_figure(result: NavigationResult) -> Figure:
                 label="Riccati floor",
             )
             a.set_yscale("log")
+            shown = LogRange.around([*(getattr(f, what) for f in result.flown), bound])
+            decades(a.yaxis, shown)
+            a.set_ylim(*shown.limits)
             a.set_ylabel(si)
         axes[-1].set_xlabel(f"time, {unit}")
         handles, labels = axes[0].get_legend_handles_labels()
@@ -158,7 +162,9 @@ def _time(result: NavigationResult) -> tuple[Array, float, str]:
 
 
 def _thin(count: int) -> npt.NDArray[np.intp]:
-    at: npt.NDArray[np.intp] = np.unique(np.linspace(0, count - 1, min(count, _MOST)).astype(np.intp))
+    at: npt.NDArray[np.intp] = np.unique(
+        np.linspace(0, count - 1, min(count, _MOST)).astype(np.intp)
+    )
     return at
 
 
