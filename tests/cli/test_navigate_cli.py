@@ -92,6 +92,7 @@ def test_bad_input(case, scenario, monkeypatch, capsys):
     assert not Path("runs").exists()
 
 
+@pytest.mark.slow
 def test_the_paper_beside_ours(monkeypatch, capsys, tmp_path):
     """Table 5.1 of [Marchese2023] with two runs: every row answered, drawn and explained."""
     monkeypatch.chdir(ROOT)

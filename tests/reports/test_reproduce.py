@@ -141,7 +141,8 @@ def test_commands(stores, tmp_path, monkeypatch, capsys):
         assert (stop.value.code or 0) == code, shown.err
         return shown.out if code == 0 else " ".join(shown.err.split())
 
-    assert "neamati-fig11  Neamati2022 Fig. 11: Training error" in call("reproduce", "list")
+    shown = " ".join(call("reproduce", "list").split())
+    assert "neamati-fig11 Neamati2022 Fig. 11: Training error" in shown
     store = str(stores / "neamati-fig11")
     shown = call("reproduce", "neamati-fig11", "--store", store, "--out", str(tmp_path))
     assert "paper   The linear fit coefficient is 0.9995" in shown
