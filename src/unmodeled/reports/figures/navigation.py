@@ -121,7 +121,8 @@ def disturbance_figure(result: NavigationResult, names: tuple[str, ...]) -> Figu
         figure = new_figure(5.2)
         axes = figure.subplots(3, sharex=True)
         for j, a in enumerate(axes):
-            largest = float(np.abs(truth[settled, j]).max())
+            # an axis on which nothing acts is drawn on the scale of the others
+            largest = float(np.abs(truth[settled, j]).max() or np.abs(truth[settled]).max())
             for name in names:
                 estimate = result[name].disturbance
                 if estimate is not None:
