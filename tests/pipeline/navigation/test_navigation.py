@@ -15,6 +15,7 @@ from unmodeled.pipeline.navigation.flight import draw
 from unmodeled.pipeline.navigation.formation_truth import formation_flight
 from unmodeled.pipeline.navigation.learning_contestants import TurningBasis
 from unmodeled.pipeline.navigation.navigate import fly
+from unmodeled.pipeline.navigation.network_contestant import fed_back, train_on_dmc
 from unmodeled.pipeline.navigation.scenario_config import load_scenario, resolve_scenario
 from unmodeled.pipeline.navigation.small_body_truth import small_body_flight
 
@@ -116,6 +117,17 @@ def test_cislunar_disturbance_is_found(moon):
     config = load_scenario(CISLUNAR, steps=1500, runs=4, filters=["dmc"])
     result = fly(config, moon)
     assert 2.0 * result.table["nis"][0] == pytest.approx(2.0, abs=0.1)
+
+
+def test_a_network_learns_what_dmc_estimates(moon):
+    """Most of a disturbance that hardly changes in 7 hours; nothing out of the plane."""
+    trained = train_on_dmc(moon, 1, 7.1e-3, 1.0, epochs=200)
+    assert trained.label_percent < 20.0
+    assert trained.truth_percent < 20.0
+    assert "off the truth" in trained.sentence
+    assert not trained.network.evaluate(moon.truth[:5], 0.0)[0][:, 2].any()
+    contestant = fed_back(moon, moon.truth[:1], trained.network, 1e-3, 1.0)
+    assert contestant.start.mean.shape == (1, 9)
 
 
 def test_range_partials():

@@ -214,6 +214,12 @@ def _needs_file(flight: Flight, starts: Array, n: Mapping[str, float]) -> Contes
     raise ConfigError('filter "learned" without a learned field', do="give --learner FILE")
 
 
+def _needs_training(flight: Flight, starts: Array, n: Mapping[str, float]) -> Contestant:
+    raise ConfigError(
+        'filter "network" is trained on what DMC estimates', do="fly it with unmodeled navigate"
+    )
+
+
 _NETWORK = {"noise": _NAN, "rate": _NAN, "neurons": 30.0, "eta": 1.0, "relaxation": 1.0}
 register(
     Entry("rbf", "RBF network, Lyapunov rule", _NETWORK | {"raw": 0.0}, _rbf("lyapunov"), "learned")
@@ -256,3 +262,12 @@ register(
     )
 )
 register(Entry("learned", "learned field of a file", {"noise": 1e-8}, _needs_file, "learned"))
+register(
+    Entry(
+        "network",
+        "network trained on DMC estimates, with DMC",
+        {"sigma": _NAN, "time_constant": _NAN},
+        _needs_training,
+        "learned",
+    )
+)

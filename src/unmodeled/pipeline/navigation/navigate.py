@@ -18,6 +18,7 @@ from unmodeled.pipeline.navigation.contestants import Contestant, build, entry
 from unmodeled.pipeline.navigation.flight import Flight, draw
 from unmodeled.pipeline.navigation.floor import riccati_floor
 from unmodeled.pipeline.navigation.learning_contestants import fixed_field
+from unmodeled.pipeline.navigation.network_contestant import fed_back, train_on_dmc
 from unmodeled.pipeline.navigation.result import Flown, NavigationResult
 from unmodeled.pipeline.navigation.scenario_config import (
     CislunarConfig,
@@ -94,7 +95,25 @@ def navigate(
         noise = config.tuning.get("learned", {}).get("noise", entry("learned").tuning["noise"])
         made["learned"] = lambda starts: fixed_field(flight, starts, field, noise)
         notes = (f"The filter learned flies the field of {Path(learner).name}.",)
+    if "network" in config.filters:
+        tell("training the network", 0.1)
+        dmc, own = (_numbers(config, name) for name in ("dmc", "network"))
+        trained = train_on_dmc(flight, config.seed, dmc["sigma"], dmc["time_constant"])
+        made["network"] = lambda starts: fed_back(flight, starts, trained.network, **own)
+        notes += (trained.sentence,)
     return fly(config, flight, tell, made, notes)
+
+
+def _numbers(config: ScenarioConfig, name: str) -> dict[str, float]:
+    """Return the numbers of a filter with Gauss-Markov states, all of them given."""
+    numbers = config.tuning.get(name, {})
+    if set(numbers) != {"sigma", "time_constant"}:
+        raise ConfigError(
+            f"tuning of filter {name} has {', '.join(numbers) or 'nothing'}",
+            allowed="sigma and time_constant",
+            do="the filter network needs them for dmc, which labels, and for itself",
+        )
+    return dict(numbers)
 
 
 def simulate_flight(config: ScenarioConfig) -> Flight:

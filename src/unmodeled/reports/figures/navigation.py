@@ -31,6 +31,7 @@ FILTER_COLOURS = {
     "weights": "#D55E00",
     "harmonic": "#009E73",
     "learned": "#332288",
+    "network": "#AA4499",
 }
 _BAND, _PHASE = "#E2E7EC", "#F6E7CF"
 _MOST = 1500
