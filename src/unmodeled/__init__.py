@@ -29,12 +29,16 @@ if TYPE_CHECKING:
     from unmodeled.pipeline.diagnosis.diagnose import diagnose
     from unmodeled.pipeline.diagnosis.result import Diagnosis
     from unmodeled.pipeline.learned_field import LearnedField
+    from unmodeled.pipeline.navigation.navigate import navigate
+    from unmodeled.pipeline.navigation.result import NavigationResult
+    from unmodeled.pipeline.navigation.scenario_config import load_scenario
     from unmodeled.pipeline.results import CharacterizationResult
     from unmodeled.pipeline.select.select import Selection, select
     from unmodeled.pipeline.sweep.sweep import sweep
     from unmodeled.reports import write_report
     from unmodeled.reports.comparison_page import write_comparison_report
     from unmodeled.reports.diagnosis_page import write_addition_report, write_diagnosis_report
+    from unmodeled.reports.navigation_page import write_navigation_report
     from unmodeled.reports.reproduction.reproduce import Reproduction, reproduce
     from unmodeled.reports.sweep_page import write_sweep_report
 
@@ -48,6 +52,7 @@ __all__ = [
     "Diagnosis",
     "HiddenEffect",
     "LearnedField",
+    "NavigationResult",
     "Reproduction",
     "Selection",
     "Trajectory",
@@ -59,6 +64,8 @@ __all__ = [
     "load_body",
     "load_case",
     "load_config",
+    "load_scenario",
+    "navigate",
     "read_trajectory",
     "reproduce",
     "select",
@@ -68,6 +75,7 @@ __all__ = [
     "write_case",
     "write_comparison_report",
     "write_diagnosis_report",
+    "write_navigation_report",
     "write_report",
     "write_sweep_report",
 ]
@@ -102,6 +110,10 @@ _HOME = {
     "select": "pipeline.select.select",
     "Selection": "pipeline.select.select",
     "write_sweep_report": "reports.sweep_page",
+    "navigate": "pipeline.navigation.navigate",
+    "NavigationResult": "pipeline.navigation.result",
+    "load_scenario": "pipeline.navigation.scenario_config",
+    "write_navigation_report": "reports.navigation_page",
     "reproduce": "reports.reproduction.reproduce",
     "Reproduction": "reports.reproduction.reproduce",
 }

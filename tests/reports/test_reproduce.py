@@ -54,8 +54,9 @@ def test_numbers_of_the_paper_are_those_of_its_text():
 
 
 def test_every_statement_says_where_it_is_printed():
-    assert published_names() == tuple(f"neamati-{n}" for n in NAMES)
-    for name in published_names():
+    neamati = tuple(n for n in published_names() if n.startswith("neamati"))
+    assert neamati == tuple(f"neamati-{n}" for n in NAMES)
+    for name in neamati:
         figure = published_figure(name)
         assert figure.source == "Neamati2022"
         assert all(s.where.startswith(("Fig.", "section")) for s in figure.statements.values())
@@ -117,7 +118,7 @@ def test_fig13_alone_says_what_it_lacks(stores, tmp_path):
 
 def test_what_cannot_be_reproduced(stores, tmp_path, monkeypatch):
     with pytest.raises(
-        InputError, match=r"Allowed: neamati-fig1, .* Did you mean \"neamati-fig12\""
+        InputError, match=r"Allowed: .*neamati-fig1, .* Did you mean \"neamati-fig12\""
     ):
         um.reproduce("neamati-fig122")
     with pytest.raises(InputError, match="needs no runs"):
@@ -140,7 +141,8 @@ def test_commands(stores, tmp_path, monkeypatch, capsys):
         assert (stop.value.code or 0) == code, shown.err
         return shown.out if code == 0 else " ".join(shown.err.split())
 
-    assert "neamati-fig11  Neamati2022 Fig. 11: Training error" in call("reproduce", "list")
+    shown = " ".join(call("reproduce", "list").split())
+    assert "neamati-fig11 Neamati2022 Fig. 11: Training error" in shown
     store = str(stores / "neamati-fig11")
     shown = call("reproduce", "neamati-fig11", "--store", store, "--out", str(tmp_path))
     assert "paper   The linear fit coefficient is 0.9995" in shown

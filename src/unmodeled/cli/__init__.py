@@ -11,7 +11,16 @@ import warnings
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
-from unmodeled.cli import cases, characterize, lists, report, select, simulate, sweep  # noqa: E402, F401
+from unmodeled.cli import (  # noqa: E402, F401
+    cases,
+    characterize,
+    lists,
+    navigate,
+    report,
+    select,
+    simulate,
+    sweep,
+)
 from unmodeled.cli.tools import app, errors, show_warning  # noqa: E402
 from unmodeled.core.errors import UnmodeledError  # noqa: E402
 

@@ -20,6 +20,7 @@ __all__ = ["DataFolder", "app", "data_folders", "errors", "progress", "show_warn
 #: As a user meets them.
 _ORDER = (
     *("characterize", "sweep", "resume", "status", "export", "select", "report", "reproduce"),
+    "navigate",
     *("simulate", "compare", "diagnose", "add", "scenarios", "effects"),
 )
 

@@ -54,6 +54,8 @@ class PublishedFigure:
         Sweep file without ending; empty if the figure needs no runs.
     beside : str
         Sweep whose runs some statements are compared with; empty for none.
+    scenario : str
+        Scenario file without ending that filters are flown on; empty for none.
     """
 
     name: str
@@ -63,12 +65,14 @@ class PublishedFigure:
     statements: Mapping[str, Statement]
     sweep: str = ""
     beside: str = ""
+    scenario: str = ""
 
 
 @cache
 def _figures() -> dict[str, PublishedFigure]:
     found: dict[str, PublishedFigure] = {}
-    for path in (resources.files("unmodeled.reports") / "published").iterdir():
+    folder = resources.files("unmodeled.reports") / "published"
+    for path in sorted(folder.iterdir(), key=lambda p: p.name):
         if not path.name.endswith(".yaml"):
             continue
         content: dict[str, Any] = YAML(typ="safe").load(path.read_text(encoding="utf-8"))

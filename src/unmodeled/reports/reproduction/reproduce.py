@@ -27,6 +27,7 @@ from unmodeled.reports.figures.train_against_test import train_against_test
 from unmodeled.reports.figures.zonal_radius import zonal_radius
 from unmodeled.reports.reproduction.body_figures import answer_fig1, answer_fig4
 from unmodeled.reports.reproduction.compared import Found, as_frame, as_table
+from unmodeled.reports.reproduction.filter_tables import answer_filters
 from unmodeled.reports.reproduction.noise_figures import answer_fig12, answer_fig13
 from unmodeled.reports.reproduction.published import PublishedFigure, published_figure
 from unmodeled.reports.reproduction.volume_figures import answer_fig10, answer_fig11, pair_of
@@ -103,7 +104,8 @@ def reproduce(
     Parameters
     ----------
     name : str
-        ``"neamati-fig1"``, ``-fig4``, ``-fig10``, ``-fig11``, ``-fig12``, ``-fig13``.
+        ``"neamati-fig1"``, ``-fig4``, ``-fig10``, ``-fig11``, ``-fig12``, ``-fig13``;
+        ``"pesce-table2"``, ``-table3``, ``"marchese-table5.1"``, ``"fereoli-fig8"``.
     small : bool
         A smaller grid (or fewer initial conditions): tried in minutes, other numbers.
     store : path, optional
@@ -124,7 +126,12 @@ def reproduce(
     figure = published_figure(name)
     suffix = "-small" if small else ""
     folder = Path(out) if out is not None else Path("runs") / "reproduce" / f"{name}{suffix}"
-    if not figure.sweep:
+    if figure.scenario:
+        if store is not None:
+            raise ConfigError(f"{name} needs no sweep", do="leave --store out")
+        a = answer_filters(figure, small, tell)
+        drawing = _Drawing(a.figure, a.alt, a.caption, a.found, a.basis, a.source)
+    elif not figure.sweep:
         if store is not None:
             raise ConfigError(f"{name} needs no runs", do="leave --store out")
         drawing = _fig1() if name == "neamati-fig1" else _fig4(small)

@@ -1,0 +1,1 @@
+"""Filters flown against simulated truth: scenarios, Monte-Carlo runs, tables."""
