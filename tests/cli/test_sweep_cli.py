@@ -135,6 +135,8 @@ def test_ctrl_c_and_sigterm(tmp_path, sent, code):
         stderr=subprocess.PIPE,
         text=True,
         env=os.environ | {"COLUMNS": "200"},
+        # A shell starts its background jobs with Ctrl-C ignored, and children inherit that.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     journals = tmp_path / "runs" / "small" / "journal"
     until = time.monotonic() + 120

@@ -1,5 +1,6 @@
 """Scenarios and flights: truth, draws, floor, judgement; bad input."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -39,7 +40,7 @@ def formation():
 def test_all_scenarios_are_read():
     names = []
     for path in sorted((ROOT / "scenarios").glob("*.yaml")):
-        if "kind:" in path.read_text(encoding="utf-8").split("learners:")[0]:
+        if re.search(r"^kind:", path.read_text(encoding="utf-8"), re.MULTILINE):
             config = load_scenario(path)
             names.append(config.name)
             assert config.name == path.stem
