@@ -68,7 +68,8 @@ class RecursiveWeights:
     """Recursive least squares in information form: adding samples is adding matrices.
 
     The posterior after any order of samples is that of a finite-rank Gaussian process with the
-    same prior (one prior of `HarmonicGP`, with the harmonic basis). Immutable: `add` returns a new one.
+    same prior (`HarmonicGP` under one of its priors, with the harmonic basis). Immutable: `add`
+    returns a new one.
 
     Parameters
     ----------
