@@ -53,6 +53,12 @@ def samples(n=60, seed=0):
 
 LEARNERS = {
     "exact_gp": lambda: ExactGP(epochs=20, noise_floor=1e-4),
+    "exact_gp(matern52)": lambda: ExactGP(
+        epochs=20, noise_floor=1e-4, optimizer="lbfgs", kernel="matern52"
+    ),
+    "exact_gp(matern12, ard)": lambda: ExactGP(
+        epochs=20, noise_floor=1e-4, optimizer="lbfgs", kernel="matern12", ard=True
+    ),
     "residual(exact_gp)": lambda: Residual(ExactGP(epochs=5, noise_floor=1e-4)),
     "rbf_network": lambda: RBFNetwork(centres=20),
     "residual(rbf_network)": lambda: Residual(RBFNetwork(centres=20)),

@@ -22,6 +22,7 @@ __all__ = [
     "check_kernel",
     "correlation",
     "covariances",
+    "gradient",
     "scaled_squares",
     "slopes",
     "steepness",
@@ -108,8 +109,12 @@ def slopes(kernel: str, x: Array, z: Array, length: Array, weights: Array) -> Ar
     weights : ndarray (n,)
         Signal variance included.
     """
-    weighted = steepness(kernel, scaled_squares(x, z, length)) * weights
+    return gradient(steepness(kernel, scaled_squares(x, z, length)) * weights, x, z, length)
+
+
+def gradient(steep: Array, x: Array, z: Array, length: Array) -> Array:
+    """Return `slopes` (m, d) from `steepness` times weights (m, n), where it is at hand."""
     # Sums along the last axis, not BLAS, so that a row does not depend on its batch.
-    columns = [(weighted * (x[:, None, j] - z[None, :, j])).sum(axis=-1) for j in range(x.shape[1])]
-    gradient: Array = -np.stack(columns, axis=-1) / length**2
-    return gradient
+    columns = [(steep * (x[:, None, j] - z[None, :, j])).sum(axis=-1) for j in range(x.shape[1])]
+    by_input: Array = -np.stack(columns, axis=-1) / length**2
+    return by_input

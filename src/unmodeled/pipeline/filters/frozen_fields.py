@@ -24,6 +24,7 @@ from unmodeled.models.learned import (
     Residual,
     SpectralMLP,
 )
+from unmodeled.models.learned._kernels import correlation, gradient, scaled_squares, steepness
 from unmodeled.models.learned.scaling import Standardiser
 from unmodeled.models.physics.exterior_harmonics import derivative, exterior_harmonics
 
@@ -74,8 +75,9 @@ class _Sum:
 
 @dataclass(frozen=True)
 class _Process:
-    """Exact Gaussian process, [Rasmussen2006] Algorithm 2.1."""
+    """Exact Gaussian process of any kernel, [Rasmussen2006] Algorithm 2.1."""
 
+    kernel: str
     scaling: Standardiser
     x: Array
     theta: Array
@@ -88,25 +90,26 @@ class _Process:
         arrays = {key: value.copy() for key, value in learner._arrays().items()}
         factors = learner._factorise().copy()
         scaling = Standardiser.restore(arrays)
-        return cls(scaling, arrays["x"], arrays["theta"], arrays["weights"], factors)
+        return cls(
+            learner.kernel, scaling, arrays["x"], arrays["theta"], arrays["weights"], factors
+        )
 
     def __call__(self, X: Array) -> tuple[Array, Array, Array]:
         x = self.scaling.positions(X)
-        offset = x[:, None, :] - self.x[None, :, :]
-        square = (offset**2).sum(axis=-1)[:, None, :]
-        length, signal = self.theta[0], self.theta[1]
-        kernel = signal[:, None] * np.exp(-0.5 / length[:, None] ** 2 * square)
-        weighted = kernel * self.weights
-        mean = self.scaling.accelerations(self.theta[3] + weighted.sum(axis=-1))
-        slope = np.einsum("bik,bkj->bij", weighted, offset)
-        J = -self.scaling.slope * slope / length[:, None] ** 2
-        covariance = np.zeros((len(X), 3, 3))
-        for i in range(3):
-            half = solve_triangular(self.factors[i], kernel[:, i].T, lower=True, check_finite=False)
-            variance = signal[i] - (half**2).sum(axis=0)
-            floor = np.finfo(float).eps * signal[i]
+        J = np.empty((len(X), 3, 3))
+        scaled, covariance = np.empty((len(X), 3)), np.zeros((len(X), 3, 3))
+        for i, (*lengths, signal, _, mean) in enumerate(self.theta.T):
+            length = np.array(lengths)
+            square = scaled_squares(x, self.x, length)
+            kernel = signal * correlation(self.kernel, square)
+            steep = signal * steepness(self.kernel, square)
+            scaled[:, i] = mean + (kernel * self.weights[i]).sum(axis=-1)
+            J[:, i] = gradient(steep * self.weights[i], x, self.x, length)
+            half = solve_triangular(self.factors[i], kernel.T, lower=True, check_finite=False)
+            variance = signal - (half**2).sum(axis=0)
+            floor = np.finfo(float).eps * signal
             covariance[:, i, i] = np.maximum(variance, floor) * self.scaling.y_scale**2
-        return mean, J, covariance
+        return self.scaling.accelerations(scaled), self.scaling.slopes * J, covariance
 
 
 @dataclass(frozen=True)
