@@ -25,8 +25,8 @@ GRIDS = ("neamati-fig12", "neamati-fig13")
 COLUMNS = (
     *("initial_condition", "learner", "kind", "noise.state", "noise.acceleration"),
     *("train_median", "interpolation_median", "extrapolation_median", "extrapolation_worst"),
-    *("train_largest_observed", "interpolation_coverage_95"),
-    *("extrapolation_coverage_95", "failure"),
+    *("train_largest_observed", "failure"),
+    *("interpolation_coverage_95", "extrapolation_coverage_95"),
     *("cost_train_s", "cost_total_s", "cost_cpu_s", "cost_peak_bytes"),
 )
 

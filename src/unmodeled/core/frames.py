@@ -28,6 +28,7 @@ __all__ = [
     "rotation_about_x",
     "rotation_about_z",
     "rtn_from_inertial",
+    "turned",
 ]
 
 
@@ -115,6 +116,12 @@ def rtn_from_inertial(states: npt.ArrayLike) -> Array:
     normal /= size
     radial = s[:, :3] / np.linalg.norm(s[:, :3], axis=1, keepdims=True)
     return np.stack([radial, np.cross(normal, radial), normal], axis=1)
+
+
+def turned(matrices: Array, vectors: Array) -> Array:
+    """Return the products (n, k) of matrices (n, k, 3) and vectors (n, 3), row by row."""
+    product: Array = (matrices @ vectors[:, :, None])[:, :, 0]
+    return product
 
 
 def _stack(rows: list[list[Array]]) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import ConfigError, DataError
-from unmodeled.core.frames import body_fixed_from_inertial
+from unmodeled.core.frames import body_fixed_from_inertial, turned
 from unmodeled.core.seeds import Streams
 from unmodeled.core.units import NormalisedUnits
 from unmodeled.datasets.noise import Noise, observe
@@ -221,20 +221,15 @@ def _samples(
     if spin_rate != 0.0:
         turns = body_fixed_from_inertial(orbit.times, spin_rate)
         if frame == "body_fixed":
-            x, a = _turned(turns, x), _turned(turns, a)
+            x, a = turned(turns, x), turned(turns, a)
         elif field is not None:
             body_field = field
 
             def field(x: Array) -> Array:
-                return _turned(turns.mT, body_field(_turned(turns, x)))
+                return turned(turns.mT, body_field(turned(turns, x)))
 
     observed_x, observed_a = observe(x, a, noise, field, streams, f"orbit-{index}")
     return SampleSet("orbit", np.full(len(orbit), index), orbit.times, x, a, observed_x, observed_a)
-
-
-def _turned(turns: Array, vectors: Array) -> Array:
-    turned: Array = (turns @ vectors[:, :, None])[:, :, 0]
-    return turned
 
 
 def _take(s: SampleSet, index: Any, name: str) -> SampleSet:

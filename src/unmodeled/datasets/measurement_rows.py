@@ -14,6 +14,7 @@ from unmodeled.core.earth_orientation import (
     inertial_from_earth_fixed,
 )
 from unmodeled.core.errors import DataError, nearest
+from unmodeled.core.frames import turned
 
 __all__ = ["Rows", "frame_name", "from_icrf", "to_icrf"]
 
@@ -95,7 +96,7 @@ def to_icrf(frame: str, epoch: str, times: Array, values: Array) -> Array:
     if frame == "ITRF" and v.size:
         return np.hstack(inertial_from_earth_fixed(epoch, times, r, v))
     if frame == "ITRF":
-        return _turned(icrf_from_itrf(epoch, times), r)
+        return turned(icrf_from_itrf(epoch, times), r)
     return values
 
 
@@ -107,18 +108,13 @@ def from_icrf(frame: str, epoch: str, times: Array, values: Array) -> Array:
         return np.hstack([r @ bias, v @ bias]) if v.size else r @ bias
     if frame == "ITRF":
         back = np.swapaxes(icrf_from_itrf(epoch, times), 1, 2)
-        r = _turned(back, r)
+        r = turned(back, r)
         if not v.size:
             return r
-        return np.hstack([r, _turned(back, v) - np.cross(earth_rotation_vector(epoch, times), r)])
+        return np.hstack([r, turned(back, v) - np.cross(earth_rotation_vector(epoch, times), r)])
     return values
 
 
 def _bias() -> Array:
     """EME2000 from ICRF: a row vector times it goes from EME2000 to ICRF."""
     return np.asarray(erfa.bp06(_J2000, 0.0)[0], dtype=np.float64)
-
-
-def _turned(matrices: Array, vectors: Array) -> Array:
-    out: Array = np.einsum("nij,nj->ni", matrices, vectors)
-    return out

@@ -93,7 +93,7 @@ def characterize_stacks(
                 do="give each learner its own configuration",
             )
     # The paper's RK4 orbit beside the true one takes nine tenths of the time and changes nothing.
-    orbits = simulated or partial(simulate, compare_integrators=False)
+    orbits = simulated or partial(simulate, compare_integrators=False, folders=folders)
     pending: list[_Run] = []
     for config in configs:
         full = False

@@ -16,6 +16,7 @@ from unmodeled.datasets.initial_conditions import checked_ranges
 from unmodeled.datasets.noise import Noise
 from unmodeled.models.learned import Learner, Residual, learner_class
 from unmodeled.pipeline.config_errors import translate
+from unmodeled.pipeline.config_types import Finite, NonNegative, Positive, Section
 from unmodeled.pipeline.yaml12 import read_yaml
 
 __all__ = [
@@ -31,16 +32,6 @@ __all__ = [
 
 #: Periods of the training orbit and of each extrapolation orbit, [Neamati2022] section IV.B.
 VOLUMES = {"low": (10.0, 3.0), "moderate": (100.0, 10.0)}
-
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-
-
-class Section(BaseModel):
-    """A part of the configuration: immutable, unknown keys refused."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class OrbitConfig(Section):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -51,7 +52,8 @@ def prepare(
     folders : sequence of Path
         Where trajectory files with a relative path are looked for, in this order.
     simulated : callable, optional
-        In place of `simulate`, e.g. one that remembers orbits: many runs share them.
+        In place of `simulate`, e.g. one that remembers orbits: many runs share them. It is
+        given configuration and body, and knows the folders itself.
 
     Raises
     ------
@@ -64,10 +66,7 @@ def prepare(
     streams = Streams(config.seed)
     share = config.data.interpolation_share
     if config.data.simulated:
-        if config.data.field is None:
-            dynamics, orbits, facts = (simulated or simulate)(config, body)
-        else:  # relative file names are looked for in the folders
-            dynamics, orbits, facts = simulate(config, body, folders=folders)
+        dynamics, orbits, facts = (simulated or partial(simulate, folders=folders))(config, body)
         turning = config.data.field
         return make_learning_data(
             orbits.orbits,

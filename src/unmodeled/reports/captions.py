@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from unmodeled.pipeline.results import CharacterizationResult
-from unmodeled.reports.baseline import point_mass_summaries
+from unmodeled.pipeline.use_check import point_mass_summaries
 from unmodeled.reports.data_words import elsewhere, spans
 from unmodeled.reports.figures.acceleration_curves import shown_periods
 from unmodeled.reports.numbers import number

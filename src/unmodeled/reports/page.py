@@ -7,13 +7,13 @@ from pathlib import Path
 from unmodeled.core.errors import InputError
 from unmodeled.datasets.bodies import load_body
 from unmodeled.pipeline.results import CharacterizationResult
-from unmodeled.reports.baseline import point_mass_summaries
+from unmodeled.pipeline.use_check import point_mass_summaries
 from unmodeled.reports.data_words import data_sentences, elsewhere
 from unmodeled.reports.embedding import embed_sections, provenance_rows, render_page, yaml_text
 from unmodeled.reports.sections import sections
 from unmodeled.reports.style import learner_styles
 from unmodeled.reports.use_table import training_check_sentence
-from unmodeled.reports.words import learner_sentence, overview, ranked, verdict
+from unmodeled.reports.words import learner_sentence, overview, ranked, verdict, zonal_truth
 
 __all__ = ["write_report"]
 
@@ -50,7 +50,7 @@ def write_report(result: CharacterizationResult, folder: Path) -> Path:
             {
                 "label": r.label,
                 "text": learner_sentence(
-                    r, reference, where, simulated=result.config.data.simulated
+                    r, reference, where, simulated=zonal_truth(result)
                 ).removeprefix(r.label),
                 "unfit": bool(r.failure) or verdict(r.summaries, reference).unfit,
             }

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from unmodeled.pipeline.results import CharacterizationResult
-from unmodeled.reports.baseline import point_mass_summaries
+from unmodeled.pipeline.use_check import point_mass_summaries
 from unmodeled.reports.numbers import number
 from unmodeled.reports.words import ranked
 

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 from unmodeled.pipeline.metrics import Calibration, ErrorSummary
 from unmodeled.pipeline.results import CharacterizationResult, LearnerResult
-from unmodeled.pipeline.use_check import UNFIT_RATIO, UseCheck
-from unmodeled.reports.baseline import point_mass_summaries
+from unmodeled.pipeline.use_check import UNFIT_RATIO, UseCheck, point_mass_summaries
 from unmodeled.reports.data_words import data_sentences, elsewhere
 from unmodeled.reports.numbers import number
 
@@ -22,6 +21,7 @@ __all__ = [
     "ranked",
     "summary_words",
     "verdict",
+    "zonal_truth",
 ]
 
 #: Safe: the interpolation median is at most this many times the training median ...
@@ -151,7 +151,8 @@ def learner_sentence(
     return text + _failures(s)
 
 
-def _zonal_truth(result: CharacterizationResult) -> bool:
+def zonal_truth(result: CharacterizationResult) -> bool:
+    """Return whether the truth is a simulated zonal field, whose family the oracle knows."""
     return result.config.data.simulated and result.config.data.field is None
 
 
@@ -230,7 +231,7 @@ def _calibrated(c: Calibration, count: int) -> str:
 def overview(result: CharacterizationResult) -> str:
     """Return the answer in one or two sentences: the most robust learner, and how many to avoid."""
     point_mass = point_mass_summaries(result.data)
-    yardsticks = _YARDSTICKS if _zonal_truth(result) else {"point_mass"}
+    yardsticks = _YARDSTICKS if zonal_truth(result) else {"point_mass"}
     candidates = [r for r in result.learners if r.summaries and r.kind not in yardsticks]
     where = elsewhere(result)
     if not candidates:
@@ -275,7 +276,7 @@ def summary_words(result: CharacterizationResult) -> list[str]:
     return [
         overview(result),
         *(
-            learner_sentence(r, point_mass, where, simulated=_zonal_truth(result))
+            learner_sentence(r, point_mass, where, simulated=zonal_truth(result))
             for r in ranked(result)
         ),
         *(

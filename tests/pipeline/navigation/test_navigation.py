@@ -10,6 +10,7 @@ import unmodeled as um
 from unmodeled.core.errors import ConfigError, OrbitError
 from unmodeled.pipeline.filters.basis import HarmonicBasis
 from unmodeled.pipeline.filters.run import run_filter
+from unmodeled.pipeline.filters.runge_kutta import RungeKutta
 from unmodeled.pipeline.navigation.cislunar_truth import RangeAndRate, cislunar_flight
 from unmodeled.pipeline.navigation.contestants import build, contestant_names
 from unmodeled.pipeline.navigation.flight import draw
@@ -234,6 +235,41 @@ def test_a_learned_field_flies(tmp_path):
     assert list(table.index) == ["kf", "learned"]
     assert table.loc["learned", "max_in_gap_m"] < 0.2 * table.loc["kf", "max_in_gap_m"]
     assert "field.safetensors" in result.notes[0]
+
+
+def test_a_field_learned_in_body_axes_turns_with_the_body():
+    from unmodeled.core.frames import body_fixed_from_inertial, turned
+    from unmodeled.core.units import NormalisedUnits
+    from unmodeled.models.learned import learner_class
+    from unmodeled.pipeline.learned_field import LearnedField
+    from unmodeled.pipeline.navigation.learning_contestants import fixed_field
+
+    flight = small_body_flight(short_bennu(spins=True, tesserals={"C_2_2": 0.02, "S_3_1": 0.01}))
+    rate = flight.facts["spin_rate"]
+    assert rate > 0.0
+    units = NormalisedUnits.of_body(4.89, 290.0)
+    true = np.stack(
+        [
+            flight.exact.rates(x[None], t)[0][0, 3:]
+            for x, t in zip(flight.truth, flight.times, strict=True)
+        ]
+    )
+    axes = body_fixed_from_inertial(flight.times, rate)
+    learner = learner_class("harmonic_least_squares")()
+    learner.fit(
+        turned(axes, flight.truth[:, :3]) / units.length, turned(axes, true) / units.acceleration
+    )
+    made = fixed_field(flight, flight.truth[:1], LearnedField(learner, units, "body_fixed"), 1e-8)
+    model = made.filter.model
+    for k in (0, len(flight.times) // 2, len(flight.times) - 1):
+        x, t = flight.truth[k : k + 1], float(flight.times[k])
+        after, F = model.propagate(x, t, 60.0)
+        exact, slope = RungeKutta(flight.exact).propagate(x, t, 60.0)
+        np.testing.assert_allclose(after, exact, rtol=0, atol=1e-4)
+        np.testing.assert_allclose(F, slope, rtol=0, atol=1e-4 * np.abs(slope).max())
+    still = fixed_field(flight, flight.truth[:1], LearnedField(learner, units), 1e-8).filter.model
+    wrong = still.propagate(x, t, 60.0)[0]
+    assert np.abs(wrong - exact).max() > 100 * np.abs(after - exact).max()
 
 
 def test_the_predicted_measurement_is_deterministic(formation):

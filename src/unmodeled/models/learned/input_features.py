@@ -11,7 +11,7 @@ import numpy as np
 
 from unmodeled.core.arrays import Array, as_array
 from unmodeled.core.errors import ConfigError, DataError, nearest
-from unmodeled.core.frames import rtn_from_inertial
+from unmodeled.core.frames import rtn_from_inertial, turned
 
 __all__ = ["FEATURES", "InputFeatures"]
 
@@ -136,10 +136,10 @@ class InputFeatures:
         }
         turn = None if axes is None else as_array(axes, (len(x), 3, 3), "axes")
 
-        def turned(vectors: Array) -> Array:
-            return vectors if turn is None else (turn @ vectors[:, :, None])[:, :, 0]
+        def along_axes(vectors: Array) -> Array:
+            return vectors if turn is None else turned(turn, vectors)
 
-        blocks = [turned(x)]
+        blocks = [along_axes(x)]
         for name in self.names[1:]:
             label, given, shape = needed[name]
             if given is None:
@@ -155,7 +155,7 @@ class InputFeatures:
                 values = values / size
             if name == "velocity_rtn":
                 rotation = rtn_from_inertial(np.hstack([x, values]))
-                blocks.append((rotation @ values[:, :, None])[:, :2, 0])
+                blocks.append(turned(rotation, values)[:, :2])
             elif name == "sun_cosine":
                 along = (values * x).sum(axis=1) / np.linalg.norm(x, axis=1)
                 blocks.append(along[:, None])
@@ -165,7 +165,7 @@ class InputFeatures:
             elif name == "time":
                 blocks.append(values[:, None])
             else:
-                blocks.append(turned(values))
+                blocks.append(along_axes(values))
         return np.ascontiguousarray(np.hstack(blocks))
 
     def as_dict(self) -> dict[str, Any]:

@@ -6,8 +6,6 @@ import datetime
 from typing import Annotated, Any, Literal
 
 from pydantic import (
-    BaseModel,
-    ConfigDict,
     Field,
     ValidationError,
     field_validator,
@@ -17,6 +15,7 @@ from pydantic import (
 from unmodeled.core.errors import ConfigError
 from unmodeled.pipeline.cases.quantities import parse_quantity
 from unmodeled.pipeline.config_errors import translate
+from unmodeled.pipeline.config_types import Section
 
 __all__ = ["KINDS", "ArcConfig", "CaseConfig", "MeasurementConfig", "StateConfig", "parse_vector"]
 
@@ -29,12 +28,6 @@ KINDS: dict[str, tuple[str, ...]] = {
     "right_ascension_declination": ("rad",),
     "azimuth_elevation": ("rad",),
 }
-
-
-class Section(BaseModel):
-    """A part of the case file: immutable, unknown keys refused."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class SpacecraftConfig(Section):

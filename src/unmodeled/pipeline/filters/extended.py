@@ -79,12 +79,7 @@ class ExtendedKalmanFilter:
 
     def predict(self, state: FilterState, dt: float) -> Predicted:
         """Carry a state over ``dt`` > 0 seconds."""
-        mean, F, extra, memory = self._propagate(state, dt)
-        Q = self.noise.covariance(state, dt)
-        if Q.ndim == 2:
-            Q = Q[None]
-        if extra is not None:
-            Q = Q + extra
+        mean, F, Q, memory = self._step(state, dt)
         P = symmetrise(sandwich(F, state.covariance) + Q)
         after = FilterState(mean, P, state.time + dt, {**state.memory, **memory})
         return Predicted(after, F, Q, state)
@@ -144,6 +139,15 @@ class ExtendedKalmanFilter:
         return remember(updated, self.noise.learn(predicted, updated))
 
     # Shared -----------------------------------------------------------------------------------
+
+    def _step(
+        self, state: FilterState, dt: float
+    ) -> tuple[Array, Array, Array, Mapping[str, Array]]:
+        """Return the new mean, the transition, all process noise (b or 1, n, n) and the memory."""
+        mean, F, extra, memory = self._propagate(state, dt)
+        Q = self.noise.covariance(state, dt)
+        Q = Q[None] if Q.ndim == 2 else Q
+        return mean, F, Q if extra is None else Q + extra, memory
 
     @property
     def _R(self) -> Array:  # noqa: N802

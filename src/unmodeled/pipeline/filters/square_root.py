@@ -13,12 +13,13 @@ from unmodeled.pipeline.filters.algebra import (
     cholesky,
     lower_root,
     solve_lower,
+    solve_upper,
     times,
     triangular_root,
 )
 from unmodeled.pipeline.filters.extended import ExtendedKalmanFilter
 from unmodeled.pipeline.filters.state import FilterState, Predicted, Updated
-from unmodeled.pipeline.filters.update import gate_threshold, mask_rows
+from unmodeled.pipeline.filters.update import accept, mask_rows
 
 __all__ = ["SquareRootFilter"]
 
@@ -48,11 +49,7 @@ class SquareRootFilter(ExtendedKalmanFilter):
 
     def predict(self, state: FilterState, dt: float) -> Predicted:
         """Carry a state over ``dt`` > 0 seconds."""
-        mean, F, extra, more = self._propagate(state, dt)
-        Q = self.noise.covariance(state, dt)
-        Q = Q[None] if Q.ndim == 2 else Q
-        if extra is not None:
-            Q = Q + extra
+        mean, F, Q, more = self._step(state, dt)
         rows = _beside(F @ state.memory["root"], lower_root(Q))
         root = triangular_root(rows)
         memory = {**state.memory, **more, "root": root}
@@ -75,13 +72,8 @@ class SquareRootFilter(ExtendedKalmanFilter):
         L, K_bar, after = whole[..., :m, :m], whole[..., m:, :m], whole[..., m:, m:]
         half = solve_lower(L, innovation[..., None])[..., 0]
         nis = (half**2).sum(axis=-1)
-        freedom = np.broadcast_to(mask, innovation.shape).sum(axis=-1)
-        accepted = freedom > 0
-        if self.gate is not None:
-            limits = np.array([gate_threshold(self.gate, k) for k in range(m + 1)])
-            accepted = accepted & (nis <= limits[freedom])
-        # K = K_bar L^-1
-        K = solve_lower(L[..., ::-1, ::-1].mT, K_bar.mT[..., ::-1, :])[..., ::-1, :].mT
+        freedom, accepted = accept(nis, mask, innovation.shape, self.gate)
+        K = solve_upper(L.mT, K_bar.mT).mT  # K_bar L^-1
         if not accepted.all():
             chosen = accepted[:, None, None] if accepted.any() or len(K) > 1 else np.array(False)
             K_bar, K = np.where(chosen, K_bar, 0.0), np.where(chosen, K, 0.0)

@@ -18,7 +18,14 @@ from unmodeled.pipeline.filters.algebra import (
 )
 from unmodeled.pipeline.filters.state import Booleans
 
-__all__ = ["Correction", "correct", "correct_one_by_one", "gate_threshold", "mask_rows"]
+__all__ = [
+    "Correction",
+    "accept",
+    "correct",
+    "correct_one_by_one",
+    "gate_threshold",
+    "mask_rows",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +71,31 @@ def mask_rows(H: Array, R: Array, innovation: Array, used: Booleans) -> tuple[Ar
     return np.where(rows, H, 0.0), R_used, np.where(used, innovation, 0.0)
 
 
+def accept(
+    nis: Array, used: Booleans, shape: tuple[int, ...], gate: float | None
+) -> tuple[npt.NDArray[np.intp], Booleans]:
+    """Return how many components each run used (b,), and whether its measurement counts (b,).
+
+    Parameters
+    ----------
+    nis : ndarray (b,)
+    used : ndarray (b or 1, m) of bool
+    shape : (b, m)
+    gate : float, optional
+        As in `correct`.
+    """
+    if used.all():
+        freedom = np.full(shape[0], shape[1], dtype=np.intp)
+    else:
+        freedom = np.broadcast_to(used, shape).sum(axis=-1)
+    accepted: Booleans = freedom > 0
+    if gate is not None:
+        # accepted where it cannot be rejected: NaN never passes
+        limits = np.array([gate_threshold(gate, k) for k in range(shape[1] + 1)])
+        accepted = accepted & (nis <= limits[freedom])
+    return freedom, accepted
+
+
 def correct(
     mean: Array,
     P: Array,
@@ -98,16 +130,7 @@ def correct(
     whitened = inverse @ HP
     half = times(inverse, innovation)
     nis = (half * half).sum(axis=-1)
-    everything = bool(used.all())
-    if everything:
-        freedom = np.full(len(innovation), innovation.shape[1], dtype=np.intp)
-    else:
-        freedom = np.broadcast_to(used, innovation.shape).sum(axis=-1)
-    accepted = freedom > 0
-    if gate is not None:
-        # accepted where it cannot be rejected: NaN never passes
-        limits = np.array([gate_threshold(gate, k) for k in range(innovation.shape[1] + 1)])
-        accepted = accepted & (nis <= limits[freedom])
+    freedom, accepted = accept(nis, used, innovation.shape, gate)
     K = np.ascontiguousarray((inverse.mT @ whitened).mT)
     if not accepted.all() and (accepted.any() or len(K) > 1):
         K = np.where(accepted[:, None, None], K, 0.0)

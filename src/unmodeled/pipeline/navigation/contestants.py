@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -161,11 +161,20 @@ class _Wider:
         return z, wide
 
 
+def white_noise_filter(
+    flight: Flight,
+    starts: Array,
+    model: ProcessModel,
+    noise: float,
+    disturbance: Disturbance | None = None,
+) -> Contestant:
+    """Return the extended filter of a model with white acceleration of density ``noise``^2."""
+    filter_ = ExtendedKalmanFilter(model, flight.measurement, WhiteAcceleration(noise**2))
+    return Contestant(filter_, begin(flight, starts), disturbance)
+
+
 def _kf(flight: Flight, starts: Array, n: Mapping[str, float]) -> Contestant:
-    noise = WhiteAcceleration(n["noise"] ** 2)
-    return Contestant(
-        ExtendedKalmanFilter(base_model(flight), flight.measurement, noise), begin(flight, starts)
-    )
+    return white_noise_filter(flight, starts, base_model(flight), n["noise"])
 
 
 def _matched(flight: Flight, starts: Array, n: Mapping[str, float]) -> Contestant:
@@ -175,11 +184,11 @@ def _matched(flight: Flight, starts: Array, n: Mapping[str, float]) -> Contestan
     )
 
 
-def _dmc(order: int) -> Callable[[Flight, Array, Mapping[str, float]], Contestant]:
+def _dmc(order: Literal[1, 2]) -> Callable[[Flight, Array, Mapping[str, float]], Contestant]:
     def make(flight: Flight, starts: Array, n: Mapping[str, float]) -> Contestant:
         tau, sigma = n["time_constant"], n["sigma"]
-        model = WithGaussMarkov(flight.base, tau, 1 if order == 1 else 2)
-        noise = GaussMarkov.of_sigma(tau, sigma, 1 if order == 1 else 2)
+        model = WithGaussMarkov(flight.base, tau, order)
+        noise = GaussMarkov.of_sigma(tau, sigma, order)
         steps = flight.flown(RungeKutta(model, flight.longest))
         start = begin(flight, starts, 3 * order, sigma)
         if order == 2:
@@ -196,9 +205,8 @@ def _dmc(order: int) -> Callable[[Flight, Array, Mapping[str, float]], Contestan
 
 
 def _exact(flight: Flight, starts: Array, n: Mapping[str, float]) -> Contestant:
-    noise = WhiteAcceleration(n["noise"] ** 2)
     model = flight.flown(RungeKutta(flight.exact, flight.longest))
-    return Contestant(ExtendedKalmanFilter(model, flight.measurement, noise), begin(flight, starts))
+    return white_noise_filter(flight, starts, model, n["noise"])
 
 
 def _nonlinear(flight: Flight, starts: Array, n: Mapping[str, float]) -> Contestant:
@@ -206,9 +214,8 @@ def _nonlinear(flight: Flight, starts: Array, n: Mapping[str, float]) -> Contest
         raise ConfigError(
             f"{flight.title} has no nonlinear model of the papers", do="leave it out of the filters"
         )
-    noise = WhiteAcceleration(n["noise"] ** 2)
     model = flight.flown(RungeKutta(flight.nonlinear, flight.longest))
-    return Contestant(ExtendedKalmanFilter(model, flight.measurement, noise), begin(flight, starts))
+    return white_noise_filter(flight, starts, model, n["noise"])
 
 
 _NAN = float("nan")

@@ -10,11 +10,13 @@ import numpy.typing as npt
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import ConfigError
+from unmodeled.core.frames import rotation_about_z
 from unmodeled.models.physics.motion import CentralBody
 from unmodeled.pipeline.filters.adaptive import ForgettingNoise
 from unmodeled.pipeline.filters.basis import Basis, HarmonicBasis, RBFBasis, RBFFeatures
 from unmodeled.pipeline.filters.extended import ExtendedKalmanFilter
 from unmodeled.pipeline.filters.flight_form import FlightForm
+from unmodeled.pipeline.filters.interfaces import LearnedAcceleration
 from unmodeled.pipeline.filters.learning_filter import LearningFilter
 from unmodeled.pipeline.filters.learning_rules import GradientRule, LyapunovRule, PhysicsRule
 from unmodeled.pipeline.filters.process_noise import WhiteAcceleration
@@ -30,10 +32,11 @@ from unmodeled.pipeline.navigation.contestants import (
     begin,
     more_states,
     register,
+    white_noise_filter,
 )
 from unmodeled.pipeline.navigation.flight import Flight
 
-__all__ = ["TurningBasis", "fixed_field"]
+__all__ = ["TurningBasis", "TurningField", "fixed_field"]
 
 _NAN = float("nan")
 
@@ -170,44 +173,63 @@ class TurningBasis:
 
     def evaluate(self, x: Array, t: float) -> Array:
         """Return B (b, 3, p), inertial components."""
-        turn = self._turn(t)
+        turn = rotation_about_z(self.rate * t)
         seen: Array = turn.T @ self.inner.evaluate(x[:, :3] @ turn.T, t)
         return seen
 
     def slope(self, x: Array, t: float, weights: Array) -> Array:
         """Return d(B w)/dx (b, 3, n)."""
-        turn = self._turn(t)
+        turn = rotation_about_z(self.rate * t)
         out = np.zeros((len(x), 3, x.shape[1]))
         out[:, :, :3] = turn.T @ self.inner.slope(x[:, :3] @ turn.T, t, weights)[:, :, :3] @ turn
         return out
 
-    def _turn(self, t: float) -> Array:
-        c, s = np.cos(self.rate * t), np.sin(self.rate * t)
-        return np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+
+@dataclass(frozen=True)
+class TurningField:
+    """An acceleration learned in the axes of a body that turns about z, seen from inertial axes.
+
+    Parameters
+    ----------
+    inner : LearnedAcceleration
+        Of positions in body axes, which are the inertial ones at time 0.
+    rate : float
+        rad/s.
+    """
+
+    inner: LearnedAcceleration
+    rate: float
+
+    def evaluate(self, x: Array, t: float) -> tuple[Array, Array, Array | None]:
+        """Return acceleration (b, 3), Jacobian (b, 3, n), covariance (b, 3, 3) or None."""
+        turn = rotation_about_z(self.rate * t)
+        a, slope, C = self.inner.evaluate(x[:, :3] @ turn.T, t)
+        J = np.zeros((*a.shape, x.shape[1]))
+        J[:, :, :3] = turn.T @ slope @ turn
+        return a @ turn, J, None if C is None else turn.T @ C @ turn
 
 
 def fixed_field(flight: Flight, starts: Array, learned: LearnedField, noise: float) -> Contestant:
     """Return the filter that flies a field learned elsewhere as the residual to a point mass.
 
     Its units say the mass it was learned beside; what the field adds to that mass is the
-    residual.
+    residual. A field learned in body-fixed axes turns with the body of the flight.
     """
-    form = FlightForm.of(learned)
+    form: LearnedAcceleration = FlightForm.of(learned)
+    if learned.frame == "body_fixed":
+        form = TurningField(form, flight.facts.get("spin_rate", 0.0))
     model = WithResidual(CentralBody(1e-12), form)
     steps = flight.flown(RungeKutta(model, flight.longest))
 
     def believed(run: FilterRun) -> Array:
         return np.stack(
             [
-                form.evaluate(x, 0.0)[0] - flight.base.rates(x, 0.0)[0][:, 3:]
-                for x in run.mean[:, :, :6]
+                form.evaluate(x, float(t))[0] - flight.base.rates(x, float(t))[0][:, 3:]
+                for x, t in zip(run.mean[:, :, :6], run.times, strict=True)
             ]
         )
 
-    white = WhiteAcceleration(noise**2)
-    return Contestant(
-        ExtendedKalmanFilter(steps, flight.measurement, white), begin(flight, starts), believed
-    )
+    return white_noise_filter(flight, starts, steps, noise, believed)
 
 
 def _needs_file(flight: Flight, starts: Array, n: Mapping[str, float]) -> Contestant:

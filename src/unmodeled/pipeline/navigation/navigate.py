@@ -223,11 +223,12 @@ def _judge(
     }
     estimate = None
     if contestant.disturbance is not None:
-        wrong = (contestant.disturbance(run) - flight.disturbance[:, None]) * scale.acceleration
+        believed = contestant.disturbance(run)
+        wrong = (believed - flight.disturbance[:, None]) * scale.acceleration
         for axis, values in zip(flight.axes, np.moveaxis(wrong[counted], -1, 0), strict=True):
             numbers[f"disturbance_{axis}_m_s2"] = float(np.sqrt((values**2).mean()))
         numbers["disturbance_rmse_m_s2"] = _rms(wrong[counted])
-        estimate = contestant.disturbance(run)[:, 0] * scale.acceleration
+        estimate = believed[:, 0] * scale.acceleration
     numbers["us_per_step"] = 1e6 * run.seconds_per_step
     units = np.repeat([scale.length, scale.speed], 3)
     made = Flown(

@@ -7,10 +7,11 @@ import json
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from unmodeled.core.errors import ConfigError, nearest
 from unmodeled.pipeline.config_errors import translate
+from unmodeled.pipeline.config_types import Finite, NonNegative, Positive, Section
 from unmodeled.pipeline.yaml12 import read_yaml
 
 __all__ = [
@@ -24,16 +25,7 @@ __all__ = [
     "resolve_scenario",
 ]
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Finite = Annotated[float, Field(allow_inf_nan=False)]
 Triple = tuple[Finite, Finite, Finite]
-
-
-class Section(BaseModel):
-    """A part of a scenario: immutable, unknown keys refused."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class ElementsConfig(Section):

@@ -6,6 +6,7 @@ import time
 from collections import OrderedDict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from unmodeled.core.errors import DataError, NumericalError, OrbitError
@@ -53,7 +54,7 @@ class BatchRunner:
         stacks = characterize_stacks(
             [run.config for run in runs],
             self.folders,
-            simulated=remembered,
+            simulated=partial(remembered, folders=self.folders),
             flights=any(run.flights for run in runs),  # one setting of the whole sweep
             device=self.device,
         )
@@ -112,16 +113,18 @@ def learning_data(config: CharacterizationConfig, folders: Sequence[Path] = ()) 
 
     The RK4 orbit of the paper is not propagated beside the true one, unless it is the truth.
     """
-    return prepare(config, folders, remembered)
+    return prepare(config, folders, partial(remembered, folders=folders))
 
 
-def remembered(config: CharacterizationConfig, body: Body) -> Simulated:
+def remembered(
+    config: CharacterizationConfig, body: Body, folders: Sequence[Path] = ()
+) -> Simulated:
     """Do what `simulate` does, once for all runs of this process on the same orbits."""
-    content = canonical(config)
+    content = canonical(config, folders=folders)
     seed = content["seed"] if config.data.other_orbits is None else None
     key = digest([content["body"], content["data"], seed])
     if key not in _orbits:
-        _orbits[key] = simulate(config, body, compare_integrators=False)
+        _orbits[key] = simulate(config, body, compare_integrators=False, folders=folders)
         if len(_orbits) > _REMEMBERED:
             _orbits.popitem(last=False)
     _orbits.move_to_end(key)

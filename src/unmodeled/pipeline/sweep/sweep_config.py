@@ -8,8 +8,8 @@ from typing import Annotated, Any
 from pydantic import Field, ValidationError
 
 from unmodeled.core.errors import ConfigError
-from unmodeled.pipeline.config import Section
 from unmodeled.pipeline.config_errors import translate
+from unmodeled.pipeline.config_types import Section
 from unmodeled.pipeline.sweep.axes import parse_axes
 from unmodeled.pipeline.yaml12 import read_yaml
 

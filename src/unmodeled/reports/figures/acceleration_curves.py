@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from mpl_toolkits.mplot3d.axes3d import Axes3D  # type: ignore[import-untyped]
 
 from unmodeled.core.arrays import Array
-from unmodeled.core.frames import body_fixed_from_inertial
+from unmodeled.core.frames import body_fixed_from_inertial, turned
 from unmodeled.pipeline.results import CharacterizationResult, LearnerResult
 from unmodeled.reports.numbers import engineering
 from unmodeled.reports.smooth import smooth_orbit
@@ -98,9 +98,9 @@ def _panel(
     curve = smooth_orbit(data.orbits[orbit], data.units, _MOST_PERIODS * data.periods[orbit])
     true = curve.accelerations * data.units.acceleration
     turn = body_fixed_from_inertial(curve.times, data.learned_spin_rate)
-    places = (turn @ curve.positions[:, :, None])[:, :, 0]
+    places = turned(turn, curve.positions)
     predicted = learner.learner.predict(places) * data.units.acceleration
-    predicted = (turn.mT @ predicted[:, :, None])[:, :, 0]
+    predicted = turned(turn.mT, predicted)
     factor, prefix = engineering(float(np.abs(true).max()))
     true, predicted = true * factor, predicted * factor
     middle, half = _box(true)

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 
 from unmodeled.datasets.learning_data import LearningData
 from unmodeled.pipeline.results import CharacterizationResult, LearnerResult
-from unmodeled.reports.baseline import point_mass_summaries
+from unmodeled.pipeline.use_check import point_mass_summaries
 from unmodeled.reports.figures.log_axes import LogRange, decades
 from unmodeled.reports.numbers import engineering, power_of_ten
 from unmodeled.reports.style import (

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.axes3d import Axes3D  # type: ignore[import-untyped]
 
 from unmodeled.core.arrays import Array
-from unmodeled.core.frames import body_fixed_from_inertial
+from unmodeled.core.frames import body_fixed_from_inertial, turned
 from unmodeled.datasets.learning_data import LearningData
 from unmodeled.pipeline.results import CharacterizationResult
 from unmodeled.reports.numbers import engineering
@@ -80,7 +80,7 @@ def _orbits(axes: Axes3D, data: LearningData, factor: float) -> None:
     _line(axes, train, look["train"].colour, 0.9, 1.0, "training orbit")
     _ends(axes, train, look["train"].colour)
     turn = body_fixed_from_inertial(data.interpolation.times, data.learned_spin_rate)
-    held = (turn.mT @ data.interpolation.positions[:, :, None])[:, :, 0] * unit
+    held = turned(turn.mT, data.interpolation.positions) * unit
     axes.scatter(
         held[:, 0],
         held[:, 1],

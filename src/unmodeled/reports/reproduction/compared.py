@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import pandas as pd
+from matplotlib.figure import Figure
 
 from unmodeled.reports.reproduction.published import PublishedFigure
 from unmodeled.reports.tables import Table
 
-__all__ = ["Found", "as_frame", "as_table", "beside"]
+__all__ = ["Drawing", "Found", "as_frame", "as_table", "beside"]
 
 _WORDS = {True: "yes", False: "no", None: "not compared"}
 
@@ -32,6 +34,30 @@ class Found:
     ours: str
     agrees: bool | None
     remark: str = ""
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A figure with its words, what was found, and what it was made from.
+
+    Parameters
+    ----------
+    figure : Figure
+    alt, caption : str
+    found : dict of str to Found
+        By statement.
+    basis : str
+        In one sentence.
+    source : dict
+        The configuration, plain data.
+    """
+
+    figure: Figure
+    alt: str
+    caption: str
+    found: dict[str, Found]
+    basis: str
+    source: dict[str, Any]
 
 
 def beside(figure: PublishedFigure, found: Mapping[str, Found]) -> list[tuple[str, Found]]:

@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from matplotlib.figure import Figure
 
 from unmodeled.core.errors import InputError
 from unmodeled.pipeline.navigation.navigate import navigate
 from unmodeled.pipeline.navigation.result import NavigationResult
 from unmodeled.pipeline.navigation.scenario_config import load_scenario
 from unmodeled.reports.figures.navigation import disturbance_figure, error_figure
-from unmodeled.reports.reproduction.compared import Found
+from unmodeled.reports.reproduction.compared import Drawing, Found
 from unmodeled.reports.reproduction.published import PublishedFigure, Statement
 
-__all__ = ["FilterAnswer", "answer_filters"]
+__all__ = ["answer_filters"]
 
 #: Ours agrees with a printed error if it lies within this share of it.
 _NEAR = 0.2
@@ -40,21 +38,9 @@ _MARCHESE_REMARKS = {
 }
 
 
-@dataclass(frozen=True)
-class FilterAnswer:
-    """A figure with its words, and what was found."""
-
-    figure: Figure
-    alt: str
-    caption: str
-    found: dict[str, Found]
-    basis: str
-    source: dict[str, Any]
-
-
 def answer_filters(
     figure: PublishedFigure, small: bool, tell: Callable[[int, int], None] | None
-) -> FilterAnswer:
+) -> Drawing:
     """Fly the paper's filters beside simple ones, and compare.
 
     Parameters
@@ -92,7 +78,7 @@ def answer_filters(
         f"Scenario {config.name}, {result.config.runs} runs, seed {result.config.seed}; "
         f"{'; '.join(_settings(result))}."
     )
-    return FilterAnswer(
+    return Drawing(
         drawn,
         "Estimated disturbance" if shows_push else "Errors of the filters against time",
         caption,

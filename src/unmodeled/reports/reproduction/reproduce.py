@@ -26,7 +26,7 @@ from unmodeled.reports.figures.head_to_head import head_to_head
 from unmodeled.reports.figures.train_against_test import train_against_test
 from unmodeled.reports.figures.zonal_radius import zonal_radius
 from unmodeled.reports.reproduction.body_figures import answer_fig1, answer_fig4
-from unmodeled.reports.reproduction.compared import Found, as_frame, as_table
+from unmodeled.reports.reproduction.compared import Drawing, Found, as_frame, as_table
 from unmodeled.reports.reproduction.filter_tables import answer_filters
 from unmodeled.reports.reproduction.noise_figures import answer_fig12, answer_fig13
 from unmodeled.reports.reproduction.published import PublishedFigure, published_figure
@@ -80,16 +80,6 @@ class Reproduction:
         }
 
 
-@dataclass(frozen=True)
-class _Drawing:
-    figure: Figure
-    alt: str
-    caption: str
-    found: dict[str, Found]
-    basis: str
-    source: dict[str, Any]
-
-
 def reproduce(
     name: str,
     *,
@@ -129,8 +119,7 @@ def reproduce(
     if figure.scenario:
         if store is not None:
             raise ConfigError(f"{name} needs no sweep", do="leave --store out")
-        a = answer_filters(figure, small, tell)
-        drawing = _Drawing(a.figure, a.alt, a.caption, a.found, a.basis, a.source)
+        drawing = answer_filters(figure, small, tell)
     elif not figure.sweep:
         if store is not None:
             raise ConfigError(f"{name} needs no runs", do="leave --store out")
@@ -142,7 +131,7 @@ def reproduce(
     return Reproduction(figure, as_frame(figure, drawing.found), drawing.basis, folder)
 
 
-def _fig1() -> _Drawing:
+def _fig1() -> Drawing:
     share = published_figure("neamati-fig1").statements["share"].values["share"]
     reach = zonal_reach(load_body(_BODY), share)
     caption = (
@@ -151,7 +140,7 @@ def _fig1() -> _Drawing:
         "(right). Inside the Brillouin sphere the series need not converge."
     )
     basis = f"Body card {_BODY}, zonals {', '.join(f'J{n}' for n in reach.radius)}."
-    return _Drawing(
+    return Drawing(
         zonal_radius(reach),
         "Contours of the zonal terms about the body",
         caption,
@@ -161,7 +150,7 @@ def _fig1() -> _Drawing:
     )
 
 
-def _fig4(small: bool) -> _Drawing:
+def _fig4(small: bool) -> Drawing:
     count = _SCREENED[small]
     screened = screen(load_body(_BODY), count, _SEED)
     boundary = collision_boundary(screened)
@@ -170,7 +159,7 @@ def _fig4(small: bool) -> _Drawing:
         "the body's field: crosses enter the Brillouin sphere. The solid line is fitted to all of "
         "them by logistic regression."
     )
-    return _Drawing(
+    return Drawing(
         collision_boundary_figure(screened, boundary),
         "Colliding and collision-free initial conditions in semi-major axis and eccentricity",
         caption,
@@ -180,7 +169,7 @@ def _fig4(small: bool) -> _Drawing:
     )
 
 
-def _from_runs(figure: PublishedFigure, opened: Opened, suffix: str) -> _Drawing:
+def _from_runs(figure: PublishedFigure, opened: Opened, suffix: str) -> Drawing:
     view = view_of(opened)
     pair = pair_of(view)
     beside = _beside(figure, opened.store.folder, suffix)
@@ -218,7 +207,7 @@ def _from_runs(figure: PublishedFigure, opened: Opened, suffix: str) -> _Drawing
         f"{len(view.table)} of {view.planned} runs of {view.name}, "
         f"{view.orbits} initial conditions."
     )
-    return _Drawing(drawn, alt, caption, found, basis, opened.plan.config.as_dict())
+    return Drawing(drawn, alt, caption, found, basis, opened.plan.config.as_dict())
 
 
 def _beside(figure: PublishedFigure, folder: Path, suffix: str) -> SweepView | None:
@@ -253,7 +242,7 @@ def _sweep_file(name: str) -> Path:
     )
 
 
-def _write(figure: PublishedFigure, drawing: _Drawing, folder: Path) -> None:
+def _write(figure: PublishedFigure, drawing: Drawing, folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     as_frame(figure, drawing.found).to_csv(
         folder / "comparison.csv", index=False, lineterminator="\n"
