@@ -8,6 +8,7 @@ from unmodeled.models.learned import exact_gp
 from unmodeled.models.learned._exact_gp_gpytorch import GpytorchModel, exact_algebra, gpytorch
 from unmodeled.models.learned._exact_gp_likelihood import Likelihood
 from unmodeled.models.learned._exact_gp_training import adam, best_start
+from unmodeled.models.learned._factor import factorise
 from unmodeled.models.learned.exact_gp import ExactGP
 from unmodeled.models.learned.learner import NoiseLevel
 
@@ -142,12 +143,12 @@ def test_repeated_positions_and_equatorial_orbits_are_harmless():
 def test_jitter_is_reported():
     singular = np.ones((3, 3))
     singular[0, 1] = singular[1, 0] = 1.0 + 1e-9
-    _, jitter = exact_gp._cholesky(singular)
+    _, jitter = factorise(ExactGP.name, singular)
     assert jitter == pytest.approx(1e-8)
     with pytest.raises(NumericalError, match="not positive definite even with 1e-04"):
-        exact_gp._cholesky(np.array([[1.0, 2.0], [2.0, 1.0]]))
+        factorise(ExactGP.name, np.array([[1.0, 2.0], [2.0, 1.0]]))
     with pytest.raises(NumericalError, match="Raise noise_floor"):
-        exact_gp._cholesky(np.full((2, 2), np.nan))
+        factorise(ExactGP.name, np.full((2, 2), np.nan))
 
 
 def test_facts_name_the_fit(fitted):

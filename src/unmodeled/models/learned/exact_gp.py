@@ -12,6 +12,7 @@ from scipy.linalg import solve_triangular
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import ConfigError, NumericalError
+from unmodeled.models.learned._components import component_facts, in_units
 from unmodeled.models.learned._exact_gp_likelihood import Likelihood
 from unmodeled.models.learned._exact_gp_training import adam, best_start, optimum
 from unmodeled.models.learned._factor import condition_number, factorise
@@ -237,12 +238,7 @@ class ExactGP(Learner):
         ``own`` (n, 3): known noise variances of the samples beside the estimated ones.
         """
         self._scaling, self._x, self._theta, self._own = scaling, x, theta, own
-        lengths = theta[:-3].T
-        self.lengthscale_ = (
-            lengths * scaling.x_scales if self.ard else lengths[:, 0] * scaling.x_scale
-        )
-        self.amplitude_ = np.sqrt(theta[-3]) * scaling.y_scale
-        self.noise_std_ = np.sqrt(theta[-2]) * scaling.y_scale
+        self.lengthscale_, self.amplitude_, self.noise_std_ = in_units(theta, scaling, self.ard)
 
     def _condition(self, t: Array) -> None:
         """Factorise, and compute weights (3, n) and likelihoods."""
@@ -269,7 +265,7 @@ class ExactGP(Learner):
             kernel = self._covariance_of(i, self._x)
             kernel[np.diag_indices_from(kernel)] += self._theta[-2, i] + own
             norm = float(np.abs(kernel).sum(axis=0).max())
-            factors[i], jitter = _cholesky(kernel)
+            factors[i], jitter = factorise(self.name, kernel)
             jitters.append(jitter)
             conditions.append(condition_number(factors[i], norm))
         self.jitter_ = max(jitters)
@@ -330,20 +326,13 @@ class ExactGP(Learner):
     def facts(self) -> dict[str, float | str]:
         """Return hyperparameters in the units of the samples, and the health of the algebra."""
         self._require_fitted()
-        facts: dict[str, float | str] = {}
-        lengths: list[tuple[str, Array]] = [("lengthscale", self.lengthscale_)]
-        if self.ard:
-            names = ["x", "y", "z", *range(4, self._x.shape[1] + 1)]
-            lengths = [
-                (f"lengthscale_{n}", v) for n, v in zip(names, self.lengthscale_.T, strict=True)
-            ]
-        for key, values in (
-            *lengths,
-            ("amplitude", self.amplitude_),
-            ("noise_std", self.noise_std_),
-            ("negative_log_likelihood", self.nll_),
-        ):
-            facts |= {f"{key}_{axis}": float(v) for axis, v in zip("xyz", values, strict=True)}
+        facts = component_facts(
+            self.lengthscale_,
+            self.ard,
+            amplitude=self.amplitude_,
+            noise_std=self.noise_std_,
+            negative_log_likelihood=self.nll_,
+        )
         return facts | {"jitter": self.jitter_, "condition_number": self._condition_number}
 
     def _arrays(self) -> dict[str, Array]:
@@ -363,10 +352,6 @@ class ExactGP(Learner):
         self._set_state(Standardiser.restore(arrays), x, arrays["theta"], own)
         self._weights, self.nll_ = arrays["weights"], arrays["nll"]
         self._factorise()
-
-
-def _cholesky(kernel: Array) -> tuple[Array, float]:
-    return factorise(ExactGP.name, kernel)
 
 
 def _chunks(x: Array) -> Iterator[Array]:

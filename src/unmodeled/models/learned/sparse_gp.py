@@ -10,6 +10,7 @@ from scipy.linalg import LinAlgError, solve_triangular
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import ConfigError, NumericalError
 from unmodeled.core.threads import one_thread
+from unmodeled.models.learned._components import component_facts, in_units
 from unmodeled.models.learned._exact_gp_lbfgs import maximise
 from unmodeled.models.learned._exact_gp_training import best_start, limits
 from unmodeled.models.learned._inducing import greedy_points, kmeans_points
@@ -196,12 +197,7 @@ class SparseGP(Learner):
         self._scaling, self._z, self._theta, self._weights = scaling, z, theta, weights
         self._roots, self._inner = roots, inner
         self.inducing_ = scaling.x_mean + scaling.x_scales * z
-        lengths = theta[:-3].T
-        self.lengthscale_ = (
-            lengths * scaling.x_scales if self.ard else lengths[:, 0] * scaling.x_scale
-        )
-        self.amplitude_ = np.sqrt(theta[-3]) * scaling.y_scale
-        self.noise_std_ = np.sqrt(theta[-2]) * scaling.y_scale
+        self.lengthscale_, self.amplitude_, self.noise_std_ = in_units(theta, scaling, self.ard)
 
     def _predict(self, X: Array) -> Array:
         # Sums along the last axis, not BLAS, so that a row does not depend on its batch.
@@ -246,21 +242,13 @@ class SparseGP(Learner):
     def facts(self) -> dict[str, float | str]:
         """Return the number of inducing points and hyperparameters in the units of the samples."""
         self._require_fitted()
-        facts: dict[str, float | str] = {"inducing points": float(len(self._z)), "jitter": JITTER}
-        lengths: list[tuple[str, Array]] = [("lengthscale", self.lengthscale_)]
-        if self.ard:
-            names = ["x", "y", "z", *range(4, self._z.shape[1] + 1)]
-            lengths = [
-                (f"lengthscale_{n}", v) for n, v in zip(names, self.lengthscale_.T, strict=True)
-            ]
-        for key, values in (
-            *lengths,
-            ("amplitude", self.amplitude_),
-            ("noise_std", self.noise_std_),
-            ("negative_bound", self.bound_),
-        ):
-            facts |= {f"{key}_{axis}": float(v) for axis, v in zip("xyz", values, strict=True)}
-        return facts
+        return {"inducing points": float(len(self._z)), "jitter": JITTER} | component_facts(
+            self.lengthscale_,
+            self.ard,
+            amplitude=self.amplitude_,
+            noise_std=self.noise_std_,
+            negative_bound=self.bound_,
+        )
 
     def _arrays(self) -> dict[str, Array]:
         return self._scaling.arrays() | {
