@@ -1,9 +1,9 @@
-"""Bayesian linear regression of harmonics: square-root sums, evidence, posterior."""
+"""Bayesian linear regression of harmonics: evidence and posterior from summed data."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,9 +12,10 @@ from scipy.optimize import minimize_scalar
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import NumericalError
+from unmodeled.models.learned._harmonic_sums import Sums
 from unmodeled.models.physics.exterior_harmonics import column_degrees
 
-__all__ = ["Posterior", "Sums", "fit_prior"]
+__all__ = ["Posterior", "fit_prior"]
 
 #: Ratios of prior variance to noise variance that are tried, coarse; refined around the best.
 _RATIOS = np.linspace(math.log(1e-12), math.log(1e34), 93)
@@ -28,67 +29,6 @@ _AMPLITUDES = np.log(np.geomspace(4e-3, 1.0, 12))
 _LEAST_WEIGHT = 0.01
 #: Log evidence by which a higher degree may fall short of the best and still be taken.
 _DEGREE_MARGIN = 10.0
-
-
-@dataclass(frozen=True)
-class Sums:
-    """All that the fit needs of the data: the triangular root of the normal equations.
-
-    Parameters
-    ----------
-    triangle : ndarray (k, p)
-        R of the QR decomposition of the weighted design; k = p, or fewer for few data.
-    target : ndarray (k,)
-        Q^T y.
-    rest : float
-        Sum of squares of y that no coefficient reaches.
-    count : int
-        Number of equations.
-    scale : float
-        Root mean square of the weighted data.
-    log_weight : float
-        Sum of the logarithms of the weights, for the evidence of the data as given.
-    """
-
-    triangle: Array
-    target: Array
-    rest: float
-    count: int
-    scale: float
-    log_weight: float
-
-    @classmethod
-    def of(cls, chunks: Iterator[Array], log_weight: float) -> Sums:
-        """Add up chunks of weighted equations one after another.
-
-        The Gram matrix itself would square the condition number: half of the digits of clean
-        data would be lost. Its triangular root takes the same memory, (p + 1)^2 numbers.
-
-        Parameters
-        ----------
-        chunks : iterator of ndarray (p + 1, m)
-            Columns of the design and, last, the data.
-        log_weight : float
-            Sum of the logarithms of the weights.
-        """
-        root, count = None, 0
-        for rows in chunks:
-            count += rows.shape[1]
-            # transposed, it lies in memory as LAPACK wants it
-            stacked = rows.T if root is None else np.concatenate([root.T, rows], axis=1).T
-            root = scipy.linalg.qr(stacked, mode="r", overwrite_a=True, check_finite=False)[0]
-            root = np.triu(root[: root.shape[1]])
-        if root is None or not np.isfinite(root).all():
-            raise NumericalError("the equations of the samples are not finite")
-        unknowns = root.shape[1] - 1
-        return cls(
-            np.array(root[:unknowns, :unknowns], dtype=np.float64),
-            np.array(root[:unknowns, unknowns], dtype=np.float64),
-            float((root[unknowns:, unknowns] ** 2).sum()),
-            count,
-            math.sqrt(float((root[:, unknowns] ** 2).sum()) / count),
-            log_weight,
-        )
 
 
 @dataclass(frozen=True)
