@@ -15,6 +15,7 @@ from unmodeled.core.units import NORMALISED_GM, NormalisedUnits
 from unmodeled.models.learned._harmonic_evidence import Posterior, fit_prior
 from unmodeled.models.learned._harmonic_field import CHUNK, UncertainField
 from unmodeled.models.learned._harmonic_files import from_published, to_published
+from unmodeled.models.learned._harmonic_kernels import check_law
 from unmodeled.models.learned._harmonic_places import likely_places, noise_root
 from unmodeled.models.learned._harmonic_sums import Sums, equations
 from unmodeled.models.learned.learner import Learner, NoiseLevel, Progress
@@ -63,6 +64,9 @@ class HarmonicGP(Learner):
         Highest degree with a flat prior, at least 0; -1 for none.
     gm, radius : float
         Reference values in the units of the samples; they scale the coefficients.
+    law : {"abel_poisson", "reciprocal", "logarithmic"}
+        Prior variances of coefficients are s^2 q^(2n) times 1, 1/(2n + 1), 1/((n + 1)(2n + 1)):
+        the kernels of `HarmonicKernelGP`, cut off.
 
     Attributes
     ----------
@@ -89,12 +93,14 @@ class HarmonicGP(Learner):
         flat_degree: int = 1,
         gm: float = NORMALISED_GM,
         radius: float = 1.0,
+        law: str = "abel_poisson",
     ) -> None:
         self.degree = degree
         self.least_degree = least_degree
         self.flat_degree = flat_degree
         self.gm = gm
         self.radius = radius
+        self.law = law
 
     def coefficient_names(self) -> list[str]:
         """Return the names of the coefficients, in the order of ``coefficients_``."""
@@ -135,6 +141,7 @@ class HarmonicGP(Learner):
         for name, value in (("gm", self.gm), ("radius", self.radius)):
             if not (math.isfinite(value) and value > 0):
                 raise ConfigError(f"{self.name}: {name} is {value}", allowed="a number > 0")
+        check_law(self.name, self.law)
         if not 1 <= self.least_degree <= self.degree:
             raise ConfigError(
                 f"{self.name}: degrees {self.least_degree} to {self.degree}",
@@ -282,7 +289,9 @@ def _search(
         )
         for p in parts
     )
-    return fit_prior(sums, (learner.flat_degree + 1) ** 2, degrees, progress, average=average)
+    return fit_prior(
+        sums, (learner.flat_degree + 1) ** 2, learner.law, degrees, progress, average=average
+    )
 
 
 def _reference(mass: float) -> Posterior:
