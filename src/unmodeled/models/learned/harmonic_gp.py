@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import ClassVar, Self
 
 import numpy as np
 
 from unmodeled.core.arrays import Array
-from unmodeled.core.errors import ConfigError
+from unmodeled.core.errors import ConfigError, DataError, InputError
 from unmodeled.core.threads import one_thread
 from unmodeled.core.units import NORMALISED_GM, NormalisedUnits
-from unmodeled.models.learned._harmonic_evidence import Posterior, fit_prior
-from unmodeled.models.learned._harmonic_field import CHUNK, UncertainField
+from unmodeled.models.learned._harmonic_evidence import Posterior
+from unmodeled.models.learned._harmonic_field import UncertainField
 from unmodeled.models.learned._harmonic_files import from_published, to_published
+from unmodeled.models.learned._harmonic_fit import HarmonicProblem
 from unmodeled.models.learned._harmonic_kernels import check_law
-from unmodeled.models.learned._harmonic_places import likely_places, noise_root
-from unmodeled.models.learned._harmonic_sums import Sums, equations
+from unmodeled.models.learned._harmonic_places import likely_places
+from unmodeled.models.learned._harmonic_stream import Block, blocks_of, blocks_of_stream
 from unmodeled.models.learned.learner import Learner, NoiseLevel, Progress
 from unmodeled.models.physics.exterior_harmonics import column_names
 from unmodeled.models.physics.gravity_file import GravityField
@@ -44,7 +47,7 @@ class HarmonicGP(Learner):
     prior alone made the 95 % band hold 84 % of accelerations.
 
     Data are added up in chunks to a triangle of (N + 1)^4 / 2 numbers: memory does not grow with
-    their number, and one pass serves all hyperparameters and degrees.
+    their number, and one pass serves all hyperparameters and degrees (`fit_stream`).
 
     Noise is :math:`\sigma^2 (\sigma_a^2 I + 2 \sigma_s^2 G G^T)` at each sample, with the stated
     levels and the gravity gradient G of the fit, repeated; the factor is estimated, 1 if the
@@ -122,13 +125,16 @@ class HarmonicGP(Learner):
                 self._adopt(_reference(1.0 if noise.gradient is None else 0.0))
             elif moving:
                 # Mass and centre of mass alone give the gradient to start from.
-                self._adopt(_search(self, X, y, None, range(1, 2), lambda share: None, False))
+                start = replace(self._problem(), degrees=range(1, 2))
+                self._adopt(
+                    start.solve(blocks_of(X, y, NoiseLevel()), None, _tell_no_one, average=False)[0]
+                )
             for k in range(passes):
-                root = noise_root(self._field if noise.position else None, places, noise)
-                degrees = range(self.least_degree, self.degree + 1)
+                blocks = blocks_of(places, data, noise)
+                field = self._field if noise.position else None
                 tell = partial(_part, progress, k, passes)
                 last = k == passes - 1
-                self._adopt(_search(self, places, data, root, degrees, tell, last))
+                self._adopt(self._problem().solve(blocks, field, tell, average=last)[0])
                 if moving and noise.gradient is None:
                     places = likely_places(self._field, X, y, places, noise)
                     # Seen from there, y = a(places) + G (X - places) + noise, G of this fit: with
@@ -136,6 +142,66 @@ class HarmonicGP(Learner):
                     away = self._jacobian(places) @ (X - places)[:, :, None]
                     data = y - away[:, :, 0]
         progress(1.0)
+
+    def fit_stream(
+        self, chunks: Iterable[Sequence[Array]], noise: NoiseLevel | None = None
+    ) -> Self:
+        """Learn from samples that come in chunks and are not kept.
+
+        The same as ``fit`` on all of them together, to the last bit; memory does not grow with
+        their number.
+
+        Parameters
+        ----------
+        chunks : iterable of (X, y) or (X, y, deviations)
+            Positions (n, 3), accelerations (n, 3) and, for all chunks or none, the standard
+            deviation of each component (n, 3); any n. Iterated once.
+        noise : NoiseLevel, optional
+            Common to all samples.
+
+        Returns
+        -------
+        Self
+
+        Raises
+        ------
+        DataError
+            On wrong shapes, values that are not finite, or too few samples.
+        InputError
+            For position noise: it takes several passes over the samples.
+        """
+        noise = noise or NoiseLevel()
+        if noise.position or noise.samples is not None or noise.gradient is not None:
+            raise InputError(
+                f"{self.name}: a stream was given noise of positions or of single samples",
+                allowed="noise of accelerations, and deviations within the chunks",
+                do="use fit(X, y, noise) for noisy positions: it passes over the samples six times",
+            )
+        self._check()
+        with one_thread():
+            blocks = blocks_of_stream(self.name, chunks, noise)
+            found, count = self._problem().solve(
+                self._enough(blocks), None, _tell_no_one, average=True
+            )
+        self._adopt(found)
+        self.n_samples_, self.n_inputs_ = count, 3
+        return self
+
+    def _enough(self, blocks: Iterable[Block]) -> Iterator[Block]:
+        count = 0
+        for block in blocks:
+            count += len(block[0])
+            yield block
+        if count < self.min_samples:
+            raise DataError(
+                f"{self.name} was given {count} training samples",
+                allowed=f"at least {self.min_samples}",
+                do="use a longer trajectory or more samples a period",
+            )
+
+    def _problem(self) -> HarmonicProblem:
+        degrees = range(self.least_degree, self.degree + 1)
+        return HarmonicProblem(self.gm, self.radius, degrees, self.flat_degree, self.law)
 
     def _check(self) -> None:
         for name, value in (("gm", self.gm), ("radius", self.radius)):
@@ -267,37 +333,14 @@ class HarmonicGP(Learner):
         self._adopt(Posterior(int(degree), q, s, noise, evidence, mean, root))
 
 
-def _search(
-    learner: HarmonicGP,
-    places: Array,
-    y: Array,
-    root: Array | None,
-    degrees: range,
-    progress: Progress,
-    average: bool,
-) -> Posterior:
-    """Add up the data and maximise the evidence."""
-    parts = [slice(k, k + CHUNK) for k in range(0, len(places), CHUNK)]
-    sums = Sums.of(
-        equations(
-            places[p],
-            y[p],
-            degrees.stop - 1,
-            learner.gm,
-            learner.radius,
-            None if root is None else root[p],
-        )
-        for p in parts
-    )
-    return fit_prior(
-        sums, (learner.flat_degree + 1) ** 2, learner.law, degrees, progress, average=average
-    )
-
-
 def _reference(mass: float) -> Posterior:
     """Return the reference mass alone, as known; nothing where it has been taken off."""
     mean = np.array([mass, 0.0, 0.0, 0.0])
     return Posterior(1, 0.0, 0.0, 0.0, 0.0, mean, np.zeros((4, 4)))
+
+
+def _tell_no_one(share: float) -> None:
+    """Take a share of progress that is not worth telling."""
 
 
 def _part(progress: Progress, k: int, passes: int, share: float) -> None:
