@@ -30,7 +30,8 @@ _CHUNK = 1024
 #: Largest change of a strength in one step, as a factor.
 _STRIDE = 4.0
 #: Bounds of alpha and lambda.
-_ALPHA, _LAMBDA = (1e-6, 1e8), (1e-6, 1e10)
+_HIDDEN, _OUTPUT, _LAMBDA = (1e-1, 1e2), (1e1, 1e6), (1e-6, 1e8)
+SHAPE, OUT0, HID0, LAM0, LSHAPE = 2.0, 400.0, 1.0, 1e4, 2.0
 #: Steps before strengths are estimated for the first time.
 _WARM_UP = 2
 #: Steps tried with more and more damping before the step counts as failed.
@@ -197,20 +198,21 @@ def _strengths(
     known = np.diag(gained)[1:]
     groups = (known[: prior.hidden], known[prior.hidden :])
     hidden, output = (
-        precision * float(group.sum()) / max(square, 1e-300)
-        for precision, group, square in zip(
-            (old.hidden, old.output), groups, (sums.hidden, sums.output), strict=True
+        (precision * float(group.sum()) + 2 * SHAPE) / (square + 2 * SHAPE / usual)
+        for precision, group, square, usual in zip(
+            (old.hidden, old.output), groups, (sums.hidden, sums.output), (HID0, OUT0), strict=True
         )
     )
     laplace = old.laplace
     if laplace:
-        laplace *= max(float((gained * AL).sum()), 0.0) / max(sums.laplace, 1e-300)
+        freedom = laplace * max(float((gained * AL).sum()), 0.0)
+        laplace = (freedom + 2 * LSHAPE) / (sums.laplace + 2 * LSHAPE / LAM0 + 1e-300)
         laplace = _held(laplace, old.laplace, _LAMBDA)
     return Strengths(
         _held(min(beta, floor**-2), old.data, (0.0, math.inf)),
         laplace,
-        _held(hidden, old.hidden, _ALPHA),
-        _held(output, old.output, _ALPHA),
+        _held(hidden, old.hidden, _HIDDEN),
+        _held(output, old.output, _OUTPUT),
     )
 
 

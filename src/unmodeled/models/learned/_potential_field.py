@@ -61,8 +61,10 @@ class PotentialField:
 
     def slopes(self, x: Array, unknowns: Array) -> tuple[Array, Array]:
         """Return grad U (n, 3) and its slopes by the unknowns (n, 3, count)."""
-        flat = _flat(input_jet(self.inputs, x))
-        jet, kept = self.network.forward(unknowns[1:], flat)
+        weights = unknowns[1:]
+        jet, kept = self.network.forward(weights, _flat(input_jet(self.inputs, x)))
+        constant, lower = self._far_slopes(weights)
+        jet = Jet(jet.value - constant, jet.gradient)
         factor, mass = power(x, DECAY[self.inputs], False), power(x, 1, False)
         slopes = np.empty((len(x), 3, self.count))
         slopes[:, :, 0] = mass.gradient[:, :, 0].T
@@ -70,9 +72,9 @@ class PotentialField:
         for i in range(3):
             along = np.zeros((3, len(x)))
             along[i] = factor.value[:, 0]
-            slopes[:, i, 1:] = self.network.slopes(
-                unknowns[1:], kept, factor.gradient[i, :, 0], along, none
-            )
+            own = factor.gradient[i, :, 0]
+            slopes[:, i, 1:] = self.network.slopes(weights, kept, own, along, none)
+            slopes[:, i, 1:] -= own[:, None] * lower
         scaled = Jet(unknowns[0] * mass.value, unknowns[0] * mass.gradient)
         return _gradient(jet, factor, scaled).T, slopes
 
@@ -95,6 +97,18 @@ class PotentialField:
         slopes[:, 1:] = self.network.slopes(unknowns[1:], kept, value, gradient, laplacian)
         return total, slopes
 
+    def _far_slopes(self, weights: Array) -> tuple[float, Array]:
+        """Return the network's value at infinity and its slopes by the weights.
+
+        It is taken off: there it would be a second mass. ``direction`` has the power 2 instead.
+        """
+        if self.inputs != "kelvin":
+            return 0.0, np.zeros(len(weights))
+        none, one = np.zeros((3, 1)), np.ones(1)
+        jet, kept = self.network.forward(weights, Jet(none.T, np.zeros((3, 1, 3))))
+        slopes = self.network.slopes(weights, kept, one, none, one)
+        return float(jet.value[0, 0]), slopes[0]
+
     def _laplacian_factors(self, x: Array) -> tuple[Array, Array, Array]:
         factor, fifth = power(x, DECAY[self.inputs], False), (x * x).sum(axis=1) ** 2.5
         assert factor.laplacian is not None
@@ -105,6 +119,8 @@ class PotentialField:
         inputs = input_jet(self.inputs, x, hessian)
         inputs = Jet(inputs.value, inputs.gradient, None, inputs.hessian)
         jet, _ = self.network.forward(unknowns[1:], inputs)
+        constant, _ = self._far_slopes(unknowns[1:])
+        jet = Jet(jet.value - constant, jet.gradient, None, jet.hessian)
         mass, m = power(x, 1, hessian), unknowns[0]
         second = None if mass.hessian is None else m * mass.hessian
         scaled = Jet(m * mass.value, m * mass.gradient, None, second)
