@@ -88,18 +88,34 @@ class Network:
             at = end + rows
         return layers, weights[at:]
 
-    def draw(self, random_state: int, spread: float) -> tuple[Array, Array]:
+    def draw(self, random_state: int) -> tuple[Array, Array]:
         """Return first weights, the output's zero, and the scale (count,) of their prior."""
         generator = np.random.default_rng(random_state)
         scales = []
         for k, (rows, columns) in enumerate(self._shapes):
-            size = (spread if k == 0 else 1.0) / np.sqrt(columns)
-            scales += [np.full(rows * columns, size), np.full(rows, spread if k == 0 else 0.5)]
+            # The first biases spread the nodes over the inputs, which are of order one.
+            size = 1.0 / np.sqrt(columns)
+            scales += [np.full(rows * columns, size), np.full(rows, 1.0 if k == 0 else 0.5)]
         scales.append(np.full(self.count - self.hidden, 1.0 / np.sqrt(self._shapes[-1][0])))
         scale = np.concatenate(scales)
         start = scale * generator.normal(size=self.count)
         start[self.hidden :] = 0.0
         return start, scale
+
+    def norms(self, weights: Array) -> list[float]:
+        """Return the spectral norm of each layer, the output last; slopes are at most 1."""
+        layers, output = self.unpack(weights)
+        matrices = [matrix for matrix, _ in layers] + [output[None]]
+        return [float(np.linalg.norm(matrix, 2)) for matrix in matrices]
+
+    def bounded(self, weights: Array, share: float) -> Array:
+        """Return weights with the spectral norm of each layer brought down to ``share``."""
+        bounded = weights.copy()
+        layers, output = self.unpack(bounded)  # views
+        norms = self.norms(weights)
+        for matrix, norm in zip([m for m, _ in layers] + [output], norms, strict=True):
+            matrix *= min(1.0, share / max(norm, 1e-300))
+        return bounded
 
     def forward(self, weights: Array, inputs: Jet) -> tuple[Jet, list[_Layer]]:
         """Return the output jet (one column) and what `slopes` needs."""
