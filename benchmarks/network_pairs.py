@@ -27,7 +27,6 @@ from unmodeled.models.learned import (
     NoiseLevel,
     PointMassOnly,
     PotentialMLP,
-    Residual,
     SpectralMLP,
     fit_batch,
 )
@@ -39,11 +38,11 @@ from unmodeled.pipeline.prepare import Simulated, prepare, simulate
 LEVELS = ((0.0, 0.0), (0.0, 0.1), (0.0, 0.5), (0.0, 1.0), (0.05, 0.0), (0.2, 0.0), (1.0, 0.0))
 LEARNERS: dict[str, Callable[[], Learner]] = {
     "spectral_mlp": SpectralMLP,
-    "spectral_mlp on point mass": lambda: Residual(SpectralMLP()),
     "potential_mlp": PotentialMLP,
-    "potential_mlp on point mass": lambda: Residual(PotentialMLP()),
-    "potential_mlp without Laplace": lambda: PotentialMLP(laplace=False),
-    "potential_mlp, spectral": lambda: PotentialMLP(lipschitz=30.0),
+    "potential_mlp, GM known": lambda: PotentialMLP(mass_error=0.0),
+    "potential_mlp, Laplacian free": lambda: PotentialMLP(harmonic=False),
+    "potential_mlp, direction": lambda: PotentialMLP(inputs="direction"),
+    "potential_mlp, slopes to 1": lambda: PotentialMLP(lipschitz=1.0),
     "harmonic_gp": HarmonicGP,
     "point_mass": PointMassOnly,
 }
@@ -82,7 +81,7 @@ def run(name: str, seeds: range, path: Path) -> pd.DataFrame:
 
 def pair(name: str, seed: int) -> list[dict[str, float | str]]:
     """Return one row a level of noise."""
-    data = [levels_data for levels_data in samples(seed)]
+    data = samples(seed)
     start = time.process_time()
     fitted = fit_batch(
         LEARNERS[name](),

@@ -4,8 +4,8 @@ The unknowns v minimise
     beta |W (t - a(v))|^2 + lambda |L(v)|^2 + alpha_1 |v_1 - c_1|^2 + alpha_2 |v_2 - c_2|^2,
 with a the accelerations, W the roots of their weights, L the Laplacian all around, v_1 the hidden
 weights about their start and v_2 the output weights about zero, each in units of its scale. After
-every step beta, lambda and the alphas are re-estimated, [MacKay1992] Eq. 4.7 and 4.8 of the
-linearised problem. The penalty belongs to the prior, whose precision is
+every step beta, lambda and the alphas are re-estimated from the evidence of the linearised problem
+[MacKay1992]. The penalty belongs to the prior, whose precision is
 K = diag(alpha) + lambda L'L: counted as if zeros had been measured, several hundred of them, it
 would drown a few hundred samples and be as weak as the fit of the zeros allows.
 """
@@ -284,4 +284,4 @@ def _solve(matrix: Array, right: Array) -> Array:
 def _inverse(matrix: Array) -> Array:
     inverse, info = scipy.linalg.lapack.dpotri(_factor(matrix), lower=1)
     assert info == 0
-    return np.tril(inverse) + np.tril(inverse, -1).T
+    return np.asarray(np.tril(inverse) + np.tril(inverse, -1).T)

@@ -50,6 +50,10 @@ class PotentialField:
 
     def gradient(self, x: Array, unknowns: Array) -> Array:
         """Return the second derivatives of U (n, 3, 3)."""
+        return self.acceleration_and_gradient(x, unknowns)[1]
+
+    def acceleration_and_gradient(self, x: Array, unknowns: Array) -> tuple[Array, Array]:
+        """Return first (n, 3) and second (n, 3, 3) derivatives of U in one pass."""
         jet, factor, mass = self._jets(x, unknowns, hessian=True)
         assert jet.hessian is not None
         assert factor.hessian is not None
@@ -57,7 +61,8 @@ class PotentialField:
         cross = factor.gradient[:, None] * jet.gradient[None]
         total = mass.hessian + factor.hessian * jet.value + factor.value * jet.hessian
         total = total + cross + cross.swapaxes(0, 1)
-        return np.ascontiguousarray(total[..., 0].transpose(2, 0, 1))
+        second = np.ascontiguousarray(total[..., 0].transpose(2, 0, 1))
+        return np.ascontiguousarray(_gradient(jet, factor, mass).T), second
 
     def slopes(self, x: Array, unknowns: Array) -> tuple[Array, Array]:
         """Return grad U (n, 3) and its slopes by the unknowns (n, 3, count)."""
@@ -76,7 +81,7 @@ class PotentialField:
             slopes[:, i, 1:] = self.network.slopes(weights, kept, own, along, none)
             slopes[:, i, 1:] -= own[:, None] * lower
         scaled = Jet(unknowns[0] * mass.value, unknowns[0] * mass.gradient)
-        return _gradient(jet, factor, scaled).T, slopes
+        return np.ascontiguousarray(_gradient(jet, factor, scaled).T), slopes
 
     def laplacian(self, x: Array, unknowns: Array) -> Array:
         """Return r^5 times the Laplacian of U (n,): in the ball of x / r^2 it is the network's."""
@@ -148,6 +153,7 @@ def shell(count: int) -> Array:
     turn = np.pi * (1.0 + np.sqrt(5.0)) * k
     flat = np.sqrt(1.0 - up * up)
     unit = np.stack([flat * np.cos(turn), flat * np.sin(turn), up], axis=1)
-    # The second number of a two-dimensional sequence of low discrepancy, [Roberts2018].
+    # An additive sequence of low discrepancy, by the plastic number..
     inverse = np.sqrt(np.arange(count) * 0.7548776662466927 % 1.0)
-    return unit / np.maximum(inverse, 0.05)[:, None]
+    points: Array = unit / np.maximum(inverse, 0.05)[:, None]
+    return points

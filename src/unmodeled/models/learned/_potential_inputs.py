@@ -30,8 +30,8 @@ def input_jet(kind: str, x: Array, hessian: bool = False) -> Jet:
     """Return the inputs at ``x`` (n, 3), lengths in radii of the reference sphere.
 
     ``kelvin``: x / r^2, the point's image in the sphere: with a factor 1/r before the network, U is
-    harmonic outside where the network is inside ([Axler2001] Theorem 4.7). ``direction``:
-    x / r and 1 / r, as [Martin2024].
+    harmonic outside where the network is inside ([Axler2001] Chapter 4). ``direction``:
+    x / r and 1 / r, as [Martin2023].
     """
     p = 2 if kind == "kelvin" else 1
     factor = power(x, p, hessian)
@@ -52,7 +52,8 @@ def input_jet(kind: str, x: Array, hessian: bool = False) -> Jet:
 
 
 def _join(a: Jet, b: Jet) -> Jet:
-    assert a.laplacian is not None and b.laplacian is not None
+    assert a.laplacian is not None
+    assert b.laplacian is not None
     second = None
     if a.hessian is not None and b.hessian is not None:
         second = np.concatenate([a.hessian, b.hessian], axis=3)

@@ -15,7 +15,7 @@ import numpy as np
 
 from unmodeled.core.arrays import Array
 
-__all__ = ["Activation", "Jet", "Network", "activate"]
+__all__ = ["Activation", "Jet", "Network", "Trace", "activate"]
 
 Activation: TypeAlias = Literal["tanh", "sine"]
 
@@ -50,7 +50,11 @@ class Jet:
 
 @dataclass(frozen=True)
 class _Layer:
-    """What the backward pass needs of one layer."""
+    """What the backward pass needs of one layer.
+
+    The jet below; three derivatives of the activation; gradient and Laplacian of what enters it,
+    and the squares of that gradient added up.
+    """
 
     below: Jet
     first: Array
@@ -59,6 +63,14 @@ class _Layer:
     slope: Array
     bend: Array | None
     squares: Array | None
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A forward pass, kept for `Network.slopes`: the hidden layers and what leaves the last one."""
+
+    layers: list[_Layer]
+    top: Jet
 
 
 class Network:
@@ -117,7 +129,7 @@ class Network:
             matrix *= min(1.0, share / max(norm, 1e-300))
         return bounded
 
-    def forward(self, weights: Array, inputs: Jet) -> tuple[Jet, list[_Layer]]:
+    def forward(self, weights: Array, inputs: Jet) -> tuple[Jet, Trace]:
         """Return the output jet (one column) and what `slopes` needs."""
         layers, output = self.unpack(weights)
         jet, kept = inputs, []
@@ -134,17 +146,16 @@ class Network:
             jet = Jet(value, first * da, laplacian, hessian)
         column = output[:, None]
         parts = [None if p is None else p @ column for p in (jet.laplacian, jet.hessian)]
-        kept.append(_Layer(jet, *[jet.value[:0]] * 4, None, None))
-        return Jet(jet.value @ column, jet.gradient @ column, *parts), kept
+        return Jet(jet.value @ column, jet.gradient @ column, *parts), Trace(kept, jet)
 
     def slopes(
-        self, weights: Array, kept: list[_Layer], value: Array, gradient: Array, laplacian: Array
+        self, weights: Array, trace: Trace, value: Array, gradient: Array, laplacian: Array
     ) -> Array:
         """Return slopes by the weights of one linear function of the output jet a point.
 
         Parameters
         ----------
-        weights, kept
+        weights, trace
             As given to and returned by `forward`.
         value, laplacian : ndarray (n,)
             Factors of value and Laplacian.
@@ -156,19 +167,20 @@ class Network:
         ndarray (n, count)
         """
         layers, output = self.unpack(weights)
-        top = kept[-1].below
+        top = trace.top
         blocks = [value[:, None] * top.value + (gradient[:, :, None] * top.gradient).sum(axis=0)]
         h, d = value[:, None] * output, gradient[:, :, None] * output
         bends = top.laplacian is not None
         bar = laplacian[:, None] * output
         if top.laplacian is not None:
             blocks[0] = blocks[0] + laplacian[:, None] * top.laplacian
-        for (matrix, _), layer in zip(reversed(layers), reversed(kept[:-1]), strict=True):
+        for (matrix, _), layer in zip(reversed(layers), reversed(trace.layers), strict=True):
             a = layer.first * h + layer.second * (d * layer.slope).sum(axis=0)
             da = layer.first * d
-            left, right = [], [layer.below.value, *layer.below.gradient]
+            right = [layer.below.value, *layer.below.gradient]
             if bends:
-                assert layer.bend is not None and layer.squares is not None
+                assert layer.bend is not None
+                assert layer.squares is not None
                 assert layer.below.laplacian is not None
                 a = a + bar * (layer.second * layer.bend + layer.third * layer.squares)
                 da = da + 2.0 * bar * layer.second * layer.slope

@@ -60,7 +60,7 @@ def likely_places(X: Array, noise: NoiseLevel, root: Array, gradient: Array, res
 def student_factors(misfit: Array) -> Array:
     """Return factors (n,) of the roots of weights for Student's t, from whitened misfits (n, 3).
 
-    The step of expectation maximisation, [Lange1989] Section 2.
+    The step of expectation maximisation, [Lange1989].
     """
     square = (misfit**2).sum(axis=1)
     return np.asarray(np.sqrt((_FREEDOM + 3.0) / (_FREEDOM + square)))

@@ -37,7 +37,7 @@ class PotentialMLP(Learner):
     harmonic outside the sphere R where N is harmonic inside (Kelvin's transform), so that the
     Laplacian of N, penalised all around the body and not only at the samples, makes the network a
     gravity field as nearly as the samples support: the soft constraint of [Martin2022] and
-    [Martin2024]. N has the value 0 at infinity: the mass m is a number of its own.
+    [Martin2023]. N has the value 0 at infinity: the mass m is a number of its own.
 
     A few hundred weights are fitted by Levenberg-Marquardt with closed-form derivatives. The noise,
     the strength of the penalty and those of the weights maximise the evidence [MacKay1992], with
@@ -56,7 +56,7 @@ class PotentialMLP(Learner):
     activation : {"sine", "tanh"}
         Of the hidden layers.
     inputs : {"kelvin", "direction"}
-        x R / r^2; or x / r and R / r with the factor (R / r)^2, as [Martin2024].
+        x R / r^2; or x / r and R / r with the factor (R / r)^2, as [Martin2023].
     harmonic : bool
         Whether the Laplacian is penalised; false where the samples lie within the masses.
     mass_error : float, optional
