@@ -62,7 +62,7 @@ def main() -> None:
     tables = []
     for name in arguments.learners:
         slug = name.replace(",", "").replace(" ", "_")
-        path = arguments.out / f"network_pairs_{slug}_{seeds[0]}_{seeds[-1]}.csv"
+        path = arguments.out / f"network_pairs_{slug}.csv"
         tables.append(run(name, seeds, path))
         print(f"table: {path}", flush=True)
     report(pd.concat(tables))
@@ -76,7 +76,8 @@ def run(name: str, seeds: range, path: Path) -> pd.DataFrame:
             with one_thread():
                 rows = pd.DataFrame(pair(name, seed))
             rows.to_csv(path, mode="a", header=not path.exists(), index=False, float_format="%.4g")
-    return pd.read_csv(path)
+    table = pd.read_csv(path)
+    return table[table["seed"].isin(seeds)]
 
 
 def pair(name: str, seed: int) -> list[dict[str, float | str]]:
@@ -144,13 +145,13 @@ def report(table: pd.DataFrame) -> None:
     """Print a row a learner and level: medians over the pairs."""
     plain = table[table["learner"] == PLAIN].groupby(["sigma_s", "sigma_a"])["extrapolation"]
     levels = plain.median()
-    print(f"{table['seed'].nunique()} pairs; medians of the median fractional errors")
+    print("medians over the pairs of the median fractional errors")
     for name, own in table.groupby("learner", sort=False):
         for level, rows in own.groupby(["sigma_s", "sigma_a"]):
             error = rows["extrapolation"]
             low, high = error.quantile([0.25, 0.75])
             line = (
-                f"{name:30s} sigma_s {level[0]:<4g} sigma_a {level[1]:<3g} "
+                f"{name:30s} {len(rows):3d} pairs sigma_s {level[0]:<4g} sigma_a {level[1]:<3g} "
                 f"other orbit {error.median():.2e} [{low:.1e}, {high:.1e}], "
                 f"between {rows['interpolation'].median():.2e}"
             )

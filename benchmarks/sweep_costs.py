@@ -32,6 +32,7 @@ LEARNERS = {
     "curl_free_gp": ({"kind": "curl_free_gp"}, (None,) * 2),  # it refuses 2,375 samples
     "sparse_gp": ({"kind": "sparse_gp"}, (None,) * 3),
     "elm": ({"kind": "elm"}, (None,) * 3),
+    "potential_mlp": ({"kind": "potential_mlp"}, (None,) * 3),
 }
 #: Training and extrapolation periods, 25 samples each.
 VOLUMES = ((10, 3), (40, 5), (100, 10))
