@@ -31,8 +31,8 @@ _CHUNK = 1024
 _STRIDE = 4.0
 #: Gamma prior of lambda and the alphas: shape, and mean in the order hidden, output, Laplacian.
 #: Without it the evidence of noisy samples switches the network off, and the band with it (it held
-#: 45 % at sigma_a = 1). An output of 100 lets N have a spread of about 0.05, as lumpy as small
-#: bodies are; a Laplacian of 1e4 holds it to a tenth of what a free network of that size has.
+#: 45 % at sigma_a = 1). An output of 100 lets N be 0.02 (root mean square over the shell), about
+#: what small bodies are; a Laplacian of 1e4 allows 0.01 where a free network of that size has 0.08.
 _SHAPE, _HIDDEN, _OUTPUT, _LAPLACE = 2.0, 1.0, 100.0, 1e4
 #: Steps before strengths are estimated for the first time.
 _WARM_UP = 2

@@ -82,7 +82,8 @@ class PotentialMLP(Learner):
     lipschitz_bound_ : float
         Product of the spectral norms: no slope of the network by its inputs is larger.
     laplacian_ : float
-        Root mean square of the Laplacian of N where it is penalised; the prior's reference is 1.
+        Root mean square, over the shell where it is penalised, of r^5 times the Laplacian of the
+        potential, in units of GM R^2; for ``kelvin`` inputs the Laplacian of N in the ball.
     """
 
     name: ClassVar[str] = "potential_mlp"
