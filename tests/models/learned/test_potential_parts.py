@@ -5,7 +5,7 @@ import pytest
 from tests.models.learned.problem import GM, acceleration, orbit, samples
 
 from unmodeled.models.learned import NoiseLevel, PotentialMLP
-from unmodeled.models.learned._potential_evidence import Data, Prior, Strengths, improve
+from unmodeled.models.learned._potential_evidence import Data, improve
 from unmodeled.models.learned._potential_field import PotentialField, shell
 from unmodeled.models.learned._potential_network import Network, activate
 from unmodeled.models.learned._potential_noise import (
@@ -15,6 +15,7 @@ from unmodeled.models.learned._potential_noise import (
     mass_by_moments,
     weight_roots,
 )
+from unmodeled.models.learned._potential_prior import Prior, Strengths
 
 KINDS = [(i, a) for i in ("kelvin", "direction") for a in ("sine", "tanh")]
 

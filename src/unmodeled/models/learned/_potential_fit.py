@@ -8,14 +8,7 @@ import numpy as np
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import NumericalError
-from unmodeled.models.learned._potential_evidence import (
-    Data,
-    Prior,
-    Strengths,
-    covariance_root,
-    improve,
-    usual_strengths,
-)
+from unmodeled.models.learned._potential_evidence import Data, covariance_root, improve
 from unmodeled.models.learned._potential_field import PotentialField
 from unmodeled.models.learned._potential_noise import (
     EFFICIENCY,
@@ -24,6 +17,7 @@ from unmodeled.models.learned._potential_noise import (
     student_factors,
     weight_roots,
 )
+from unmodeled.models.learned._potential_prior import Prior, Strengths, usual_strengths
 from unmodeled.models.learned.learner import NoiseLevel, Progress
 
 __all__ = ["Found", "Samples", "fit_field"]

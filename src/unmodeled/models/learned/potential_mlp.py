@@ -13,10 +13,10 @@ from unmodeled.core.arrays import Array
 from unmodeled.core.errors import ConfigError, DataError
 from unmodeled.core.threads import one_thread
 from unmodeled.core.units import NORMALISED_GM
-from unmodeled.models.learned._potential_evidence import Prior, Strengths
 from unmodeled.models.learned._potential_field import PotentialField, shell
 from unmodeled.models.learned._potential_fit import Samples, fit_field
 from unmodeled.models.learned._potential_network import Activation, Network
+from unmodeled.models.learned._potential_prior import Prior, Strengths
 from unmodeled.models.learned.learner import Learner, NoiseLevel, Progress
 
 __all__ = ["PotentialMLP"]
