@@ -33,6 +33,7 @@ LEARNERS = {
     "harmonic_kernel_gp": ({"kind": "harmonic_kernel_gp"}, (None,) * 2),  # as curl_free_gp
     "sparse_gp": ({"kind": "sparse_gp"}, (None,) * 3),
     "elm": ({"kind": "elm"}, (None,) * 3),
+    "potential_mlp": ({"kind": "potential_mlp"}, (None,) * 3),
 }
 #: Training and extrapolation periods, 25 samples each.
 VOLUMES = ((10, 3), (40, 5), (100, 10))

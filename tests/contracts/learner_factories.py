@@ -18,6 +18,7 @@ from unmodeled.models.learned.harmonic_least_squares import (
 from unmodeled.models.learned.learner import Learner
 from unmodeled.models.learned.nearest_neighbour import NearestNeighbour
 from unmodeled.models.learned.point_mass import PointMassOnly
+from unmodeled.models.learned.potential_mlp import PotentialMLP
 from unmodeled.models.learned.rbf_network import RBFNetwork
 from unmodeled.models.learned.residual import Residual
 from unmodeled.models.learned.sparse_gp import SparseGP
@@ -75,5 +76,8 @@ LEARNER_FACTORIES: dict[str, LearnerFactory] = {
         lambda: SparseGP(inducing=60, iterations=10, noise_floor=1e-6), score=1e-2
     ),
     "elm": LearnerFactory(ELM, score=1e-3),
+    "potential_mlp": LearnerFactory(
+        lambda: PotentialMLP(width=8, steps=30), score=1e-3, uncertain_at=0.7
+    ),
     "zonal_oracle": LearnerFactory(ZonalOracle, score=1e-12),
 }

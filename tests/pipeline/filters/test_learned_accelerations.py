@@ -15,6 +15,7 @@ from unmodeled.models.learned import (
     NearestNeighbour,
     NoiseLevel,
     PointMassOnly,
+    PotentialMLP,
     RBFNetwork,
     Residual,
     SpectralMLP,
@@ -64,6 +65,8 @@ LEARNERS = {
     "residual(rbf_network)": lambda: Residual(RBFNetwork(centres=20)),
     "spectral_mlp": lambda: SpectralMLP(layers=3, width=16, epochs=50),
     "harmonic_gp": lambda: HarmonicGP(degree=4),
+    "potential_mlp": lambda: PotentialMLP(width=6, steps=20),
+    "residual(potential_mlp)": lambda: Residual(PotentialMLP(width=6, steps=20)),
     "nearest_neighbour": NearestNeighbour,  # has no form of its own: copied
     "point_mass": PointMassOnly,
 }

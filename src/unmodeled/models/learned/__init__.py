@@ -23,6 +23,7 @@ from unmodeled.models.learned.learner import (
 )
 from unmodeled.models.learned.nearest_neighbour import NearestNeighbour
 from unmodeled.models.learned.point_mass import PointMassOnly
+from unmodeled.models.learned.potential_mlp import PotentialMLP
 from unmodeled.models.learned.rbf_network import RBFNetwork
 from unmodeled.models.learned.residual import Residual
 from unmodeled.models.learned.sparse_gp import SparseGP
@@ -41,6 +42,7 @@ __all__ = [
     "NearestNeighbour",
     "NoiseLevel",
     "PointMassOnly",
+    "PotentialMLP",
     "Progress",
     "RBFNetwork",
     "Residual",

@@ -20,11 +20,13 @@ from unmodeled.models.learned import (
     HarmonicGP,
     Learner,
     PointMassOnly,
+    PotentialMLP,
     RBFNetwork,
     Residual,
     SpectralMLP,
 )
 from unmodeled.models.learned._kernels import correlation, gradient, scaled_squares, steepness
+from unmodeled.models.learned._potential_field import PotentialField
 from unmodeled.models.learned.scaling import Standardiser
 from unmodeled.models.physics.exterior_harmonics import derivative, exterior_harmonics
 
@@ -199,11 +201,37 @@ class _Harmonics:
         return a, J * (scale / self.radius), 0.5 * (covariance + covariance.mT)
 
 
+@dataclass(frozen=True)
+class _Potential:
+    """Gradient of a network of the potential, with the covariance of its weights."""
+
+    field: PotentialField
+    gm: float
+    radius: float
+    unknowns: Array
+    root: Array
+
+    @classmethod
+    def of(cls, learner: Learner) -> _Potential:
+        assert isinstance(learner, PotentialMLP)
+        unknowns, root = learner._unknowns.copy(), learner._root.copy()
+        return cls(learner._make_field(), learner.gm, learner.radius, unknowns, root)
+
+    def __call__(self, X: Array) -> tuple[Array, Array, Array]:
+        x, scale = X / self.radius, self.gm / self.radius**2
+        a, J = self.field.acceleration_and_gradient(x, self.unknowns)
+        _, slopes = self.field.slopes(x, self.unknowns)
+        half = scale * slopes @ self.root
+        covariance = half @ half.mT
+        return scale * a, J * (scale / self.radius), 0.5 * (covariance + covariance.mT)
+
+
 _FORMS: dict[type[Learner], Callable[[Learner], FrozenField]] = {
     Residual: _Sum.of,
     ExactGP: _Process.of,
     SpectralMLP: _Network.of,
     RBFNetwork: _Gaussians.of,
     HarmonicGP: _Harmonics.of,
+    PotentialMLP: _Potential.of,
     PointMassOnly: lambda learner: _Copied(copy.deepcopy(learner)),
 }

@@ -38,6 +38,7 @@ _MEASURED: dict[str, tuple[tuple[float, ...], tuple[float, ...], tuple[float, ..
     "curl_free_gp": ((1.02, 45.5, 711.0), (), (544, 859, 2600)),
     "sparse_gp": ((1.02, 4.19, 10.2), (), (526, 535, 549)),
     "elm": ((0.023, 0.042, 0.072), (), (520, 529, 531)),
+    "potential_mlp": ((0.53, 1.26, 2.77), (), (527, 539, 556)),
 }
 # A flight evaluates the learner some 1,300 times a period: a guess for the dry run, not measured
 # a learner at a time.

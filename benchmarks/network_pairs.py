@@ -1,0 +1,166 @@
+"""Networks over pairs of orbits: the gradient of a potential beside the plain network.
+
+Each seed draws a training orbit and one other orbit about Bennu (low data volume); the levels of
+noise share them, as in `harmonic_pairs.py`. One row a pair, level and learner: median fractional
+error between the samples and on the other orbit, the share of components of the other orbit inside
+the 95 % band, processor seconds of the fit. Pairs that the table has are not computed again.
+
+    python benchmarks/network_pairs.py --first 101 --last 200
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from unmodeled.core.errors import NumericalError
+from unmodeled.core.threads import one_thread
+from unmodeled.datasets.learning_data import LearningData
+from unmodeled.models.learned import (
+    HarmonicGP,
+    Learner,
+    NoiseLevel,
+    PointMassOnly,
+    PotentialMLP,
+    SpectralMLP,
+    fit_batch,
+)
+from unmodeled.pipeline.config import CharacterizationConfig
+from unmodeled.pipeline.metrics import calibrate, fractional_error
+from unmodeled.pipeline.prepare import Simulated, prepare, simulate
+
+#: sigma_s (independent draws), sigma_a; normalised units.
+LEVELS = ((0.0, 0.0), (0.0, 0.1), (0.0, 0.5), (0.0, 1.0), (0.05, 0.0), (0.2, 0.0), (1.0, 0.0))
+LEARNERS: dict[str, Callable[[], Learner]] = {
+    "spectral_mlp": SpectralMLP,
+    "potential_mlp": PotentialMLP,
+    "potential_mlp, GM known": lambda: PotentialMLP(mass_error=0.0),
+    "potential_mlp, Laplacian free": lambda: PotentialMLP(harmonic=False),
+    "potential_mlp, direction": lambda: PotentialMLP(inputs="direction"),
+    "potential_mlp, slopes to 1": lambda: PotentialMLP(lipschitz=1.0),
+    "harmonic_gp": HarmonicGP,
+    "point_mass": PointMassOnly,
+}
+PLAIN = "spectral_mlp"
+
+
+def main() -> None:
+    """Run what is missing, print the table and keep it."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--first", type=int, default=101)
+    parser.add_argument("--last", type=int, default=200)
+    parser.add_argument("--learners", nargs="*", default=list(LEARNERS), choices=list(LEARNERS))
+    parser.add_argument("--out", type=Path, default=Path("benchmarks/results"))
+    arguments = parser.parse_args()
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    seeds = range(arguments.first, arguments.last + 1)
+    tables = []
+    for name in arguments.learners:
+        slug = name.replace(",", "").replace(" ", "_")
+        path = arguments.out / f"network_pairs_{slug}.csv"
+        tables.append(run(name, seeds, path))
+        print(f"table: {path}", flush=True)
+    report(pd.concat(tables))
+
+
+def run(name: str, seeds: range, path: Path) -> pd.DataFrame:
+    """Return all rows of a learner; each finished pair is in the file at once."""
+    done = set(pd.read_csv(path)["seed"]) if path.exists() else set()
+    for seed in seeds:
+        if seed not in done:
+            with one_thread():
+                rows = pd.DataFrame(pair(name, seed))
+            rows.to_csv(path, mode="a", header=not path.exists(), index=False, float_format="%.4g")
+    table = pd.read_csv(path)
+    return table[table["seed"].isin(seeds)]
+
+
+def pair(name: str, seed: int) -> list[dict[str, float | str]]:
+    """Return one row a level of noise."""
+    data = samples(seed)
+    start = time.process_time()
+    fitted = fit_batch(
+        LEARNERS[name](),
+        [d.train.observed_positions for d in data],
+        [d.train.observed_accelerations for d in data],
+        [NoiseLevel(*level) for level in LEVELS],
+    )
+    taken = (time.process_time() - start) / len(LEVELS)
+    return [
+        {"learner": name, "seed": seed, "sigma_s": s, "sigma_a": a, "fit_s": taken} | score(f, d)
+        for (s, a), f, d in zip(LEVELS, fitted, data, strict=True)
+    ]
+
+
+def samples(seed: int) -> list[LearningData]:
+    """Return the learning data of a pair at each level of noise."""
+    kept: list[Simulated] = []
+
+    def once(config: CharacterizationConfig, body: object = None) -> Simulated:
+        if not kept:
+            kept.append(simulate(config, compare_integrators=False))
+        return kept[0]
+
+    found = []
+    for state, acceleration in LEVELS:
+        config = CharacterizationConfig.resolve(
+            {
+                "name": "pair",
+                "seed": seed,
+                "body": "bennu",
+                "data": {"volume": "low", "extrapolation_orbits": 1},
+                "noise": {"state": state, "acceleration": acceleration},
+                "learners": [{"kind": "point_mass"}],
+            }
+        )
+        found.append(prepare(config, simulated=once))
+    return found
+
+
+def score(fitted: Learner | NumericalError, data: LearningData) -> dict[str, float]:
+    """Return errors and coverage of a fitted learner; a fit that broke down counts as infinite."""
+    if isinstance(fitted, NumericalError):
+        return {"interpolation": np.inf, "extrapolation": np.inf, "coverage_95": np.nan}
+    row = {}
+    for which, part in (
+        ("interpolation", data.interpolation),
+        ("extrapolation", data.extrapolation),
+    ):
+        error = fractional_error(part.accelerations, fitted.predict(part.positions))
+        row[which] = float(np.median(error))
+    row["coverage_95"] = np.nan
+    if fitted.has_covariance:
+        x, truth = data.extrapolation.positions, data.extrapolation.accelerations
+        covariance = fitted.predict_covariance(x)
+        row["coverage_95"] = calibrate(truth, fitted.predict(x), covariance).coverage_95
+    return row
+
+
+def report(table: pd.DataFrame) -> None:
+    """Print a row a learner and level: medians over the pairs."""
+    plain = table[table["learner"] == PLAIN].groupby(["sigma_s", "sigma_a"])["extrapolation"]
+    levels = plain.median()
+    print("medians over the pairs of the median fractional errors")
+    for name, own in table.groupby("learner", sort=False):
+        for level, rows in own.groupby(["sigma_s", "sigma_a"]):
+            error = rows["extrapolation"]
+            low, high = error.quantile([0.25, 0.75])
+            line = (
+                f"{name:30s} {len(rows):3d} pairs sigma_s {level[0]:<4g} sigma_a {level[1]:<3g} "
+                f"other orbit {error.median():.2e} [{low:.1e}, {high:.1e}], "
+                f"between {rows['interpolation'].median():.2e}"
+            )
+            if level in levels.index:
+                line += f", of plain {error.median() / levels[level]:.4f}"
+            if rows["coverage_95"].notna().any():
+                line += f"; 95 % band holds {rows['coverage_95'].mean():.1%}"
+            print(line + f"; fit {rows['fit_s'].median():.2f} s, at most {rows['fit_s'].max():.2f}")
+
+
+if __name__ == "__main__":
+    main()
