@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
-from scipy.linalg import lstsq
+from scipy.linalg import lstsq, svd
 from scipy.spatial import cKDTree
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import ConfigError
+from unmodeled.core.threads import one_thread
+from unmodeled.models.learned._input_noise import PASSES
+from unmodeled.models.learned._sample_noise import fit_settled
 from unmodeled.models.learned.learner import Learner, NoiseLevel, Progress
 from unmodeled.models.learned.scaling import Standardiser
 
 __all__ = ["RBFNetwork"]
+
+#: Prior variances of the weights among which the most likely is chosen where noise is stated,
+#: in squares of the scale of the accelerations.
+_PRIORS = np.logspace(-8, 12, 81)
 
 
 class RBFNetwork(Learner):
@@ -34,6 +42,9 @@ class RBFNetwork(Learner):
         nearest neighbour among the centres.
     rcond : float
         Singular values below this share of the largest are cut from the pseudo-inverse.
+    position_noise : bool
+        Whether known position noise weighs the samples, through the gradient of the fit before,
+        fitted three times at most.
 
     Attributes
     ----------
@@ -42,7 +53,8 @@ class RBFNetwork(Learner):
     width_ : float
         In units of length, for the position.
     rank_ : int
-        Number of singular values kept, of k.
+        Number of singular values kept, of k; of 3k where known noise weighs the components
+        differently, which are then fitted together.
 
     Notes
     -----
@@ -51,8 +63,7 @@ class RBFNetwork(Learner):
     orbit about a Bennu-like body (medians of six orbits; fractional error between the samples,
     largest weight in units of acceleration, where the field is below 40): width factor 1.5 gives
     6e-3 and 9e1; 3 gives 8e-4 and 6e3; 5 with an ``rcond`` of 1e-10 gives 1.4e-4 and 5e6. The
-    defaults are the middle; 30 and 100 centres there give 2e-3 and 3e-4. Known noise of single
-    samples weighs them.
+    defaults are the middle; 30 and 100 centres there give 2e-3 and 3e-4.
     """
 
     name: ClassVar[str] = "rbf_network"
@@ -62,10 +73,17 @@ class RBFNetwork(Learner):
     width_: float
     rank_: int
 
-    def __init__(self, centres: int = 60, width_factor: float = 3.0, rcond: float = 1e-6) -> None:
+    def __init__(
+        self,
+        centres: int = 60,
+        width_factor: float = 3.0,
+        rcond: float = 1e-6,
+        position_noise: bool = True,
+    ) -> None:
         self.centres = centres
         self.width_factor = width_factor
         self.rcond = rcond
+        self.position_noise = position_noise
 
     def _fit(self, X: Array, y: Array, noise: NoiseLevel, progress: Progress) -> None:
         for key in ("centres", "width_factor", "rcond"):
@@ -77,10 +95,19 @@ class RBFNetwork(Learner):
         width = self.width_factor * _mean_spacing(centres)
         self._set_state(scaling, centres, width)
         shares, targets = self._shares(x), scaling.targets(y)
-        if noise.samples is not None:
-            shares, targets = _weighed(shares, targets, noise.samples)
-        weights, _, self.rank_, _ = lstsq(shares, targets, cond=self.rcond)
-        self._weights = np.ascontiguousarray(weights.T)
+        known = noise if self.position_noise else replace(noise, position=0.0)
+
+        def solve(white: Array | None, fits: int) -> None:
+            found = (
+                _pseudo_inverse(shares, targets, self.rcond)
+                if white is None
+                else _most_likely(shares, targets, white * scaling.y_scale, self.rcond)
+            )
+            self._weights, self.rank_, self.ridge_ = found
+            progress((fits + 1) / (PASSES + 1))
+
+        with one_thread():
+            fit_settled(known, len(X), solve, lambda: self._jacobian(X), scaling.slope)
         progress(1.0)
 
     def _set_state(self, scaling: Standardiser, centres: Array, width: float) -> None:
@@ -139,13 +166,29 @@ class RBFNetwork(Learner):
         self._weights, self.rank_ = arrays["weights"], int(rank)
 
 
-def _weighed(shares: Array, targets: Array, noise: Array) -> tuple[Array, Array]:
-    """Divide rows by the noise of their sample, all three components together."""
-    size = np.sqrt(np.mean(noise**2, axis=1))
-    # A sample without noise counts as the best of the others, not infinitely.
-    least = size[size > 0].min(initial=1.0)
-    weight = (least / np.maximum(size, least))[:, None]
-    return shares * weight, targets * weight
+def _pseudo_inverse(shares: Array, targets: Array, rcond: float) -> tuple[Array, int, float]:
+    """Return weights (3, k), their rank and the ridge, which is zero."""
+    weights, _, rank, _ = lstsq(shares, targets, cond=rcond)
+    return np.ascontiguousarray(weights.T), int(rank), 0.0
+
+
+def _most_likely(
+    shares: Array, targets: Array, white: Array, rcond: float
+) -> tuple[Array, int, float]:
+    """Return weights (3, k), rank and ridge of the most likely prior; noise is as stated."""
+    n, k = shares.shape
+    design = (white[:, :, :, None] * shares[:, None, None, :]).reshape(3 * n, 3 * k)
+    right = (white @ targets[:, :, None]).ravel()
+    u, s, vt = svd(design, full_matrices=False)
+    keep = s > rcond * s[0]
+    u, s, vt = u[:, keep], s[keep], vt[keep]
+    along = u.T @ right
+    # y ~ N(0, p^2 Phi Phi' + I), [Rasmussen2006] Eq. 2.30, up to a constant, on a grid of p^2
+    total = 1.0 + _PRIORS[:, None] * s**2
+    evidence = -0.5 * (along**2 / total + np.log(total)).sum(axis=1)
+    ridge = 1.0 / float(_PRIORS[int(np.argmax(evidence))])
+    weights = vt.T @ (s / (s**2 + ridge) * along)
+    return np.ascontiguousarray(weights.reshape(3, k)), int(keep.sum()), ridge
 
 
 def _farthest_points(x: Array, count: int) -> list[int]:
