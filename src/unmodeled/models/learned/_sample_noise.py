@@ -2,31 +2,29 @@
 
 Both statements enter here. Noise of an acceleration is known for all samples, for each sample or
 for each axis of each sample (`NoiseLevel.acceleration`, ``samples``). Noise of a position reaches
-the acceleration through the gravity gradient, which is that of the fit before: the fit is
-repeated until the weights settle. `_input_noise` is the same rule for one component at a time,
-which is what processes with independent components can take; `HarmonicGP` has the same covariance
-and moves the positions as well.
+the acceleration through the gravity gradient. `_input_noise` is the same rule for one component
+at a time, which is what processes with independent components can take; `HarmonicGP` has the same
+covariance and moves the positions as well.
+
+Networks take the gradient of what was taken off the samples, or a rough one, and not their own:
+along one orbit the data say nothing of the slope across it, a network's own slope there is free,
+and a fit repeated with it is worse each time (`benchmarks/sample_noise.py`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from unmodeled.core.arrays import Array
-from unmodeled.models.learned._input_noise import PASSES
 from unmodeled.models.learned.learner import NoiseLevel
 
-__all__ = ["covariances", "fit_settled", "relative", "whitening"]
+__all__ = ["covariances", "relative", "whitening"]
 
-#: Weights have settled when none changes by more than this share; at most `PASSES` fits in all.
-_SETTLED = 0.01
 #: Least noise of a direction, as a share of the variance of its sample.
 _LEAST = 1e-4
 
 
-def covariances(noise: NoiseLevel, count: int, jacobian: Array | None = None) -> Array:
+def covariances(noise: NoiseLevel, count: int, slope: float) -> Array:
     """Return the noise covariance (n, 3, 3) of each acceleration, in its units squared.
 
     ``sigma_a^2 I + diag(samples^2) + 2 sigma_s^2 G G'``: [McHutchon2011] Eq. 4 for the three
@@ -36,19 +34,18 @@ def covariances(noise: NoiseLevel, count: int, jacobian: Array | None = None) ->
     Parameters
     ----------
     noise : NoiseLevel
-        What is known; its ``gradient`` is the part of G that was taken off the accelerations.
+        What is known; its ``gradient`` is G, where the accelerations are what a known field left.
     count : int
         Samples.
-    jacobian : ndarray (n, 3, d), optional
-        Gradient of a fit, the rest of G; its first three columns are by the position.
+    slope : float
+        Spread of the accelerations per spread of the positions; G is that in all directions where
+        no field was taken off.
     """
     result = np.zeros((count, 3, 3)) + noise.acceleration**2 * np.eye(3)
     if noise.samples is not None:
         result += noise.samples[:, :, None] ** 2 * np.eye(3)
-    gradient = np.zeros((count, 3, 3)) if noise.gradient is None else noise.gradient
-    if jacobian is not None:
-        gradient = gradient + jacobian[:, :, :3]
     if noise.position:
+        gradient = slope * np.eye(3) if noise.gradient is None else noise.gradient
         result += 2.0 * noise.position**2 * gradient @ gradient.mT
     return result
 
@@ -85,46 +82,3 @@ def relative(white: Array | None) -> Array | None:
         return None
     weights: Array = white / np.sqrt(np.mean((white**2).sum(axis=(1, 2)) / 3.0))
     return weights
-
-
-def fit_settled(
-    noise: NoiseLevel,
-    count: int,
-    fit: Callable[[Array | None, int], None],
-    jacobian: Callable[[], Array],
-    slope: float = 0.0,
-) -> int:
-    """Fit with weights, and again with those of the new gradient until they settle.
-
-    Parameters
-    ----------
-    noise : NoiseLevel
-        What is known.
-    count : int
-        Samples.
-    fit : callable
-        Takes `whitening` and the number of the fit.
-    jacobian : callable
-        Gradient (n, 3, d) of the last fit at the samples.
-    slope : float
-        Spread of the accelerations per spread of the positions: stands for the gradient in the
-        first fit where none is known, so that it does not run after the noise.
-
-    Returns
-    -------
-    int
-        Number of fits, `PASSES` at most, 1 without position noise.
-    """
-    rough = slope * np.eye(3) if noise.gradient is None else np.zeros((3, 3))
-    known = covariances(noise, count, np.broadcast_to(rough, (count, 3, 3)))
-    fit(whitening(known), 0)
-    if not noise.position:
-        return 1
-    for k in range(1, PASSES):
-        fresh = covariances(noise, count, jacobian())
-        moved = np.abs(fresh - known).max(axis=(1, 2))
-        if (moved <= _SETTLED * np.trace(fresh, axis1=1, axis2=2)).all():
-            return k
-        fit(whitening(fresh), k)
-        known = fresh
-    return PASSES

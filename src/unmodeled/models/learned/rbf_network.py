@@ -12,8 +12,7 @@ from scipy.spatial import cKDTree
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import ConfigError
 from unmodeled.core.threads import one_thread
-from unmodeled.models.learned._input_noise import PASSES
-from unmodeled.models.learned._sample_noise import fit_settled
+from unmodeled.models.learned._sample_noise import covariances, whitening
 from unmodeled.models.learned.learner import Learner, NoiseLevel, Progress
 from unmodeled.models.learned.scaling import Standardiser
 
@@ -43,8 +42,8 @@ class RBFNetwork(Learner):
     rcond : float
         Singular values below this share of the largest are cut from the pseudo-inverse.
     position_noise : bool
-        Whether known position noise weighs the samples, through the gradient of the fit before,
-        fitted three times at most.
+        Whether known position noise counts, through the gradient of the point mass below
+        (`Residual`), or a rough one.
 
     Attributes
     ----------
@@ -53,8 +52,10 @@ class RBFNetwork(Learner):
     width_ : float
         In units of length, for the position.
     rank_ : int
-        Number of singular values kept, of k; of 3k where known noise weighs the components
-        differently, which are then fitted together.
+        Number of singular values kept, of k; of 3k where noise is known, which couples the
+        components.
+    ridge_ : float
+        Inverse prior variance of the weights; 0 without noise.
 
     Notes
     -----
@@ -64,6 +65,9 @@ class RBFNetwork(Learner):
     largest weight in units of acceleration, where the field is below 40): width factor 1.5 gives
     6e-3 and 9e1; 3 gives 8e-4 and 6e3; 5 with an ``rcond`` of 1e-10 gives 1.4e-4 and 5e6. The
     defaults are the middle; 30 and 100 centres there give 2e-3 and 3e-4.
+
+    Where noise is stated, weights have a normal prior, whose variance, and a factor of the noise of
+    at least 1, maximise the evidence ([Rasmussen2006] Eq. 2.30).
     """
 
     name: ClassVar[str] = "rbf_network"
@@ -72,6 +76,7 @@ class RBFNetwork(Learner):
     centres_: Array
     width_: float
     rank_: int
+    ridge_: float
 
     def __init__(
         self,
@@ -96,18 +101,14 @@ class RBFNetwork(Learner):
         self._set_state(scaling, centres, width)
         shares, targets = self._shares(x), scaling.targets(y)
         known = noise if self.position_noise else replace(noise, position=0.0)
-
-        def solve(white: Array | None, fits: int) -> None:
-            found = (
-                _pseudo_inverse(shares, targets, self.rcond)
-                if white is None
-                else _most_likely(shares, targets, white * scaling.y_scale, self.rcond)
-            )
-            self._weights, self.rank_, self.ridge_ = found
-            progress((fits + 1) / (PASSES + 1))
-
+        white = whitening(covariances(known, len(X), scaling.slope))
         with one_thread():
-            fit_settled(known, len(X), solve, lambda: self._jacobian(X), scaling.slope)
+            if white is None:
+                weights, _, self.rank_, _ = lstsq(shares, targets, cond=self.rcond)
+                self._weights, self.ridge_ = np.ascontiguousarray(weights.T), 0.0
+            else:
+                found = _most_likely(shares, targets, white * scaling.y_scale, self.rcond)
+                self._weights, self.rank_, self.ridge_ = found
         progress(1.0)
 
     def _set_state(self, scaling: Standardiser, centres: Array, width: float) -> None:
@@ -143,13 +144,14 @@ class RBFNetwork(Learner):
         return jacobian
 
     def facts(self) -> dict[str, float | str]:
-        """Return number of centres, width, rank and the largest weight (acceleration units)."""
+        """Return number of centres, width, rank, ridge and largest weight (acceleration units)."""
         self._require_fitted()
         largest = float(np.abs(self._weights).max()) * self._scaling.y_scale
         return {
             "centres": float(len(self._centres)),
             "width": self.width_,
             "rank": float(self.rank_),
+            "ridge": self.ridge_,
             "largest_weight": largest,
         }
 
@@ -157,19 +159,14 @@ class RBFNetwork(Learner):
         return self._scaling.arrays() | {
             "centres": self._centres,
             "weights": self._weights,
-            "width_rank": np.array([self._width, self.rank_]),
+            "width_rank": np.array([self._width, self.rank_, self.ridge_]),
         }
 
     def _restore(self, arrays: dict[str, Array]) -> None:
-        width, rank = arrays["width_rank"]
-        self._set_state(Standardiser.restore(arrays), arrays["centres"], float(width))
+        width, rank, *ridge = (float(v) for v in arrays["width_rank"])
+        self._set_state(Standardiser.restore(arrays), arrays["centres"], width)
         self._weights, self.rank_ = arrays["weights"], int(rank)
-
-
-def _pseudo_inverse(shares: Array, targets: Array, rcond: float) -> tuple[Array, int, float]:
-    """Return weights (3, k), their rank and the ridge, which is zero."""
-    weights, _, rank, _ = lstsq(shares, targets, cond=rcond)
-    return np.ascontiguousarray(weights.T), int(rank), 0.0
+        self.ridge_ = ridge[0] if ridge else 0.0  # files of before have none
 
 
 def _most_likely(
@@ -183,9 +180,13 @@ def _most_likely(
     keep = s > rcond * s[0]
     u, s, vt = u[:, keep], s[keep], vt[keep]
     along = u.T @ right
-    # y ~ N(0, p^2 Phi Phi' + I), [Rasmussen2006] Eq. 2.30, up to a constant, on a grid of p^2
+    outside = max(float(right @ right - along @ along), 0.0)
+    # y ~ N(0, f (p^2 Phi Phi' + I)), [Rasmussen2006] Eq. 2.30: the factor f of the noise at its
+    # most likely value, but no less than stated
     total = 1.0 + _PRIORS[:, None] * s**2
-    evidence = -0.5 * (along**2 / total + np.log(total)).sum(axis=1)
+    quadratic = (along**2 / total).sum(axis=1) + outside
+    factor = np.maximum(1.0, quadratic / len(right))
+    evidence = -0.5 * (quadratic / factor + np.log(total).sum(axis=1) + len(right) * np.log(factor))
     ridge = 1.0 / float(_PRIORS[int(np.argmax(evidence))])
     weights = vt.T @ (s / (s**2 + ridge) * along)
     return np.ascontiguousarray(weights.reshape(3, k)), int(keep.sum()), ridge
