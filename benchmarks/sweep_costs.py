@@ -22,6 +22,7 @@ LEARNERS = {
     "exact_gp newton": ({"kind": "exact_gp", "optimizer": "newton"}, (None,) * 3),
     "spectral_mlp": ({"kind": "spectral_mlp"}, (500, 200, 100)),
     "spectral_mlp single": ({"kind": "spectral_mlp", "precision": "single"}, (500, 200, 100)),
+    "mlp": ({"kind": "mlp"}, (None,) * 3),
     "rbf_network": ({"kind": "rbf_network"}, (None,) * 3),
     "harmonic_gp": ({"kind": "harmonic_gp"}, (None,) * 3),
     "harmonic_least_squares": ({"kind": "harmonic_least_squares"}, (None,) * 3),

@@ -16,6 +16,7 @@ from unmodeled.models.learned.harmonic_least_squares import (
     ZonalOracle,
 )
 from unmodeled.models.learned.learner import Learner
+from unmodeled.models.learned.mlp import MLP
 from unmodeled.models.learned.nearest_neighbour import NearestNeighbour
 from unmodeled.models.learned.point_mass import PointMassOnly
 from unmodeled.models.learned.potential_mlp import PotentialMLP
@@ -53,6 +54,11 @@ LEARNER_FACTORIES: dict[str, LearnerFactory] = {
         lambda: ExactGP(epochs=5, position_noise=True), score=1e-4
     ),
     "spectral_mlp": LearnerFactory(lambda: SpectralMLP(layers=3, width=32, epochs=300), score=0.1),
+    "mlp": LearnerFactory(lambda: MLP(width=20, epochs=300, learning_rate=1e-2), score=0.2),
+    "mlp(members)": LearnerFactory(
+        lambda: MLP(width=20, epochs=200, learning_rate=1e-2, activation="tanh", members=3),
+        score=0.2,
+    ),
     "rbf_network": LearnerFactory(RBFNetwork, score=5e-3),
     "nearest_neighbour": LearnerFactory(NearestNeighbour, score=0.2, continuous=False),
     "residual(exact_gp)": LearnerFactory(lambda: Residual(ExactGP(epochs=10)), score=1e-6),

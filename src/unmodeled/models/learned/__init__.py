@@ -21,6 +21,7 @@ from unmodeled.models.learned.learner import (
     load_learner,
     read_context,
 )
+from unmodeled.models.learned.mlp import MLP
 from unmodeled.models.learned.nearest_neighbour import NearestNeighbour
 from unmodeled.models.learned.point_mass import PointMassOnly
 from unmodeled.models.learned.potential_mlp import PotentialMLP
@@ -31,6 +32,7 @@ from unmodeled.models.learned.spectral_mlp import SpectralMLP
 
 __all__ = [
     "ELM",
+    "MLP",
     "CurlFreeGP",
     "ExactGP",
     "FittedPointMass",

@@ -125,6 +125,7 @@ class SpectralStack:
         epochs: int,
         learning_rate: float,
         progress: Progress,
+        white: Array | None = None,
     ) -> list[Frozen | None]:
         """Minimise the mean squared error of each network by Adam, all samples in each step.
 
@@ -141,6 +142,8 @@ class SpectralStack:
             Steps of Adam and its rate.
         progress : callable
             Told the share done.
+        white : ndarray (b, n, 3, 3), optional
+            Matrices that each misfit is multiplied by before it is squared.
 
         Returns
         -------
@@ -150,6 +153,8 @@ class SpectralStack:
         inputs = torch.from_numpy(x).to(self._flat)
         targets = torch.from_numpy(t).to(self._flat)
         work = _Work(inputs, self._shapes)
+        if white is not None:
+            work.white = torch.from_numpy(white).to(self._flat)
         moment, square = torch.zeros_like(self._flat), torch.zeros_like(self._flat)
         size = torch.empty_like(self._flat)
         kept = _Snapshots(self._count, self._flat)
@@ -166,7 +171,8 @@ class SpectralStack:
             torch.sqrt(square, out=size).mul_(1 / math.sqrt(1 - _BETA_2**step)).add_(_EPSILON)
             self._flat.addcdiv_(moment, size, value=-learning_rate / (1 - _BETA_1**step))
             progress(step / epochs)
-        return [self._best(kept.of(k), x[k], t[k]) for k in range(self._count)]
+        each = [None] * self._count if white is None else list(white)
+        return [self._best(kept.of(k), x[k], t[k], each[k]) for k in range(self._count)]
 
     def _forward(self, work: _Work, targets: torch.Tensor) -> torch.Tensor:
         """Fill ``work`` and return the losses (b,)."""
@@ -176,12 +182,17 @@ class SpectralStack:
             torch.baddbmm(self._biases[k], h, weight.mT, out=work.outputs[k])
             h = work.outputs[k] if k == last else work.outputs[k].relu_()
         work.error = h - targets
+        if work.white is not None:
+            # sums of three products, whatever the size of the stack
+            work.error = (work.white * work.error[:, :, None, :]).sum(dim=3)
         return (work.error**2).mean(dim=(1, 2))
 
     def _backward(self, work: _Work) -> None:
         """Write the slope of the loss into the flat vector."""
         error = work.error
         g = error.mul_(2.0 / (error.shape[1] * error.shape[2]))
+        if work.white is not None:
+            g = (work.white * g[:, :, :, None]).sum(dim=2)
         for k in range(len(self._shapes) - 1, -1, -1):
             below = work.outputs[k - 1] if k else work.inputs
             torch.bmm(g.mT, below, out=self._d_weights[k])
@@ -195,15 +206,17 @@ class SpectralStack:
         for group in self._groups:
             group.to_raw(self._share)
 
-    def _best(self, candidates: list[torch.Tensor], x: Array, t: Array) -> Frozen | None:
+    def _best(
+        self, candidates: list[torch.Tensor], x: Array, t: Array, white: Array | None
+    ) -> Frozen | None:
         best: Frozen | None = None
         for flat in candidates:
-            frozen = self._freeze(flat.cpu().double().numpy(), x, t)
+            frozen = self._freeze(flat.cpu().double().numpy(), x, t, white)
             if math.isfinite(frozen.loss) and (best is None or frozen.loss < best.loss):
                 best = frozen
         return best
 
-    def _freeze(self, flat: Array, x: Array, t: Array) -> Frozen:
+    def _freeze(self, flat: Array, x: Array, t: Array, white: Array | None) -> Frozen:
         """Return one network with matrices brought down to norm ``share`` where above."""
         weights, biases, at = [], [], 0
         for rows, columns in self._shapes:
@@ -213,7 +226,10 @@ class SpectralStack:
         for rows, _ in self._shapes:
             biases.append(flat[at : at + rows].copy())
             at += rows
-        return Frozen(weights, biases, float(np.mean((forward(weights, biases, x) - t) ** 2)))
+        misfit = forward(weights, biases, x) - t
+        if white is not None:
+            misfit = (white @ misfit[:, :, None])[:, :, 0]
+        return Frozen(weights, biases, float(np.mean(misfit**2)))
 
 
 @dataclass
@@ -274,6 +290,7 @@ class _Work:
         self.outputs = [inputs.new_empty(b, n, rows) for rows, _ in shapes]
         self.slopes = [inputs.new_empty(b, n, rows) for rows, _ in shapes[:-1]]
         self.error = inputs.new_empty(b, n, 3)
+        self.white: torch.Tensor | None = None
 
 
 class _Snapshots:

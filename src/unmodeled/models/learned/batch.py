@@ -219,7 +219,7 @@ def _fit_stack(
     try:
         if isinstance(first, SpectralMLP):
             networks = [c.learner for c in cores if isinstance(c.learner, SpectralMLP)]
-            return SpectralMLP._fit_stack(networks, X, y, device, progress)
+            return SpectralMLP._fit_stack(networks, X, y, noise, device, progress)
         if isinstance(first, ExactGP):
             processes = [c.learner for c in cores if isinstance(c.learner, ExactGP)]
             return ExactGP._fit_stack(processes, X, y, noise, device, progress)

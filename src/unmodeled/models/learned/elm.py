@@ -28,7 +28,8 @@ class ELM(Learner):
 
     Nodes are tanh(w . x - w . c), with w normal and c a sample drawn at random, so that every node
     bends where there are data.  The output weights solve a ridge regression; its ridge minimises
-    generalised cross-validation ([Golub1979] Eq. 1.4) over the three components together.  The
+    generalised cross-validation ([Golub1979] Eq. 1.4) over the three components together, or,
+    where noise is stated, maximises the evidence, with a factor of the noise of at least 1.  The
     constant is free of it.
 
     `update` adds samples without the earlier ones: the triangular root of the normal equations is
@@ -42,8 +43,7 @@ class ELM(Learner):
     weight_scale : float
         Standard deviation of the hidden weights, per scaled input.
     ridge : float, optional
-        Fixed ridge, as a share of the largest squared singular value; by cross-validation if not
-        given.
+        Fixed ridge, as a share of the largest squared singular value; chosen if not given.
     position_noise : bool
         Whether samples are weighted by the noise of the positions, through the gradient of the
         fit before, fitted three times.
@@ -182,7 +182,10 @@ class ELM(Learner):
         shrink = [r * top / np.maximum(s**2 + r * top, 1e-300) for r in ridges]
         freedom = np.array([float((1 - a).sum()) for a in shrink])
         misfit = np.array([left + float(((a[:, None] * along) ** 2).sum()) for a in shrink])
-        scores = misfit / np.maximum(self._count - 1 - freedom, 1e-9 * self._count) ** 2
+        if self._level:
+            scores = -self._evidence(s, along, left, ridges * top)
+        else:
+            scores = misfit / np.maximum(self._count - 1 - freedom, 1e-9 * self._count) ** 2
         best = int(np.argmin(scores))
         self.ridge_, self.freedom_ = float(ridges[best]), 1.0 + float(freedom[best])
         # Directions that no sample shows are rounding of the root.
@@ -192,6 +195,20 @@ class ELM(Learner):
         constant = (self._root[0, p:] - self._root[0, 1:p] @ weights) / self._root[0, 0]
         self._constant = np.ascontiguousarray(constant)
         self._weights = np.ascontiguousarray(weights.T)
+
+    def _evidence(self, s: Array, along: Array, left: float, ridges: Array) -> Array:
+        """Log evidence of each prior variance ``level^2 / ridge``, up to a constant."""
+        # [Rasmussen2006] Eq. 2.30 with a factor of the noise, at its most likely value but no
+        # less than stated; the constant is projected out
+        variance = (self._level / self._scaling.y_scale) ** 2
+        count = 3 * (self._count - 1)
+        total = 1.0 + s**2 / np.maximum(ridges[:, None], 1e-300)
+        energy = (along**2).sum(axis=1)
+        quadratic = ((energy / total).sum(axis=1) + left) / variance
+        factor = np.maximum(1.0, quadratic / count)
+        log_total = 3.0 * np.log(total).sum(axis=1)
+        evidence: Array = -0.5 * (quadratic / factor + log_total + count * np.log(factor))
+        return evidence
 
     def _predict(self, X: Array) -> Array:
         x, blocks = self._scaling.positions(X), [np.empty((0, 3))]

@@ -32,8 +32,8 @@ class HarmonicLeastSquares(Learner):
 
     Where the noise of the positions is known, each sample is weighted by the inverse of
     :math:`\sigma_a^2 I + \sigma_s^2 G G^T`, G the gravity gradient of the reference point mass at
-    the observed position: near the body a position error spoils the acceleration most. Without
-    position noise all samples count the same.
+    the observed position: near the body a position error spoils the acceleration most. Known noise
+    of single samples is added to it. Without either all samples count the same.
 
     Parameters
     ----------
@@ -102,10 +102,16 @@ class HarmonicLeastSquares(Learner):
 
     def _whiten(self, X: Array, noise: NoiseLevel, H: Array, target: Array) -> tuple[Array, Array]:
         """Scale the equations of each sample so that their noise is equal and uncorrelated."""
-        if noise.position == 0:
+        if noise.position == 0 and noise.samples is None:
             return H, target
         G = PointMassOnly(self.gm)._jacobian(X)
         covariance = noise.acceleration**2 * np.eye(3) + noise.position**2 * G @ G.mT
+        if noise.samples is not None:
+            size = noise.samples**2
+            # a component without noise counts as the best of the others, not infinitely
+            least = size[size > 0].min(initial=np.inf)
+            least = least if np.isfinite(least) else 1.0
+            covariance += np.maximum(size, least)[:, :, None] * np.eye(3)
         root = np.linalg.cholesky(covariance)
         equations = np.concatenate([H, target[:, None]], axis=1).reshape(len(X), 3, -1)
         white = np.linalg.solve(root, equations).reshape(3 * len(X), -1)

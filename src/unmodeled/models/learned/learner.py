@@ -49,8 +49,7 @@ class NoiseLevel:
         In the units of the samples.
     samples : ndarray (n, 3), optional
         Of each component of each acceleration, beside ``acceleration``, in the same units. Weighed
-        by `ExactGP`, `SparseGP`, `CurlFreeGP`, `HarmonicGP`, `RBFNetwork`, `ELM` and
-        `PotentialMLP`; the other learners take all samples alike.
+        by every learner but `NearestNeighbour` and those of a point mass.
     gradient : ndarray (n, 3, 3), optional
         Gravity gradient at the positions of what has been taken off the accelerations: through it
         too noise of the position reaches them. `Residual` gives it.

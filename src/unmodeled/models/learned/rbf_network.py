@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
-from scipy.linalg import lstsq
+from scipy.linalg import lstsq, svd
 from scipy.spatial import cKDTree
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import ConfigError
+from unmodeled.core.threads import one_thread
+from unmodeled.models.learned._sample_noise import covariances, whitening
 from unmodeled.models.learned.learner import Learner, NoiseLevel, Progress
 from unmodeled.models.learned.scaling import Standardiser
 
 __all__ = ["RBFNetwork"]
+
+#: Prior variances of the weights among which the most likely is chosen where noise is stated,
+#: in squares of the scale of the accelerations.
+_PRIORS = np.logspace(-8, 12, 81)
 
 
 class RBFNetwork(Learner):
@@ -34,6 +41,9 @@ class RBFNetwork(Learner):
         nearest neighbour among the centres.
     rcond : float
         Singular values below this share of the largest are cut from the pseudo-inverse.
+    position_noise : bool
+        Whether known position noise counts, through the gradient of the point mass below
+        (`Residual`), or a rough one.
 
     Attributes
     ----------
@@ -42,7 +52,10 @@ class RBFNetwork(Learner):
     width_ : float
         In units of length, for the position.
     rank_ : int
-        Number of singular values kept, of k.
+        Number of singular values kept, of k; of 3k where noise is known, which couples the
+        components.
+    ridge_ : float
+        Inverse prior variance of the weights; 0 without noise.
 
     Notes
     -----
@@ -51,8 +64,10 @@ class RBFNetwork(Learner):
     orbit about a Bennu-like body (medians of six orbits; fractional error between the samples,
     largest weight in units of acceleration, where the field is below 40): width factor 1.5 gives
     6e-3 and 9e1; 3 gives 8e-4 and 6e3; 5 with an ``rcond`` of 1e-10 gives 1.4e-4 and 5e6. The
-    defaults are the middle; 30 and 100 centres there give 2e-3 and 3e-4. Known noise of single
-    samples weighs them.
+    defaults are the middle; 30 and 100 centres there give 2e-3 and 3e-4.
+
+    Where noise is stated, weights have a normal prior, whose variance, and a factor of the noise of
+    at least 1, maximise the evidence ([Rasmussen2006] Eq. 2.30).
     """
 
     name: ClassVar[str] = "rbf_network"
@@ -61,11 +76,19 @@ class RBFNetwork(Learner):
     centres_: Array
     width_: float
     rank_: int
+    ridge_: float
 
-    def __init__(self, centres: int = 60, width_factor: float = 3.0, rcond: float = 1e-6) -> None:
+    def __init__(
+        self,
+        centres: int = 60,
+        width_factor: float = 3.0,
+        rcond: float = 1e-6,
+        position_noise: bool = True,
+    ) -> None:
         self.centres = centres
         self.width_factor = width_factor
         self.rcond = rcond
+        self.position_noise = position_noise
 
     def _fit(self, X: Array, y: Array, noise: NoiseLevel, progress: Progress) -> None:
         for key in ("centres", "width_factor", "rcond"):
@@ -77,10 +100,15 @@ class RBFNetwork(Learner):
         width = self.width_factor * _mean_spacing(centres)
         self._set_state(scaling, centres, width)
         shares, targets = self._shares(x), scaling.targets(y)
-        if noise.samples is not None:
-            shares, targets = _weighed(shares, targets, noise.samples)
-        weights, _, self.rank_, _ = lstsq(shares, targets, cond=self.rcond)
-        self._weights = np.ascontiguousarray(weights.T)
+        known = noise if self.position_noise else replace(noise, position=0.0)
+        white = whitening(covariances(known, len(X), scaling.slope))
+        with one_thread():
+            if white is None:
+                weights, _, self.rank_, _ = lstsq(shares, targets, cond=self.rcond)
+                self._weights, self.ridge_ = np.ascontiguousarray(weights.T), 0.0
+            else:
+                found = _most_likely(shares, targets, white * scaling.y_scale, self.rcond)
+                self._weights, self.rank_, self.ridge_ = found
         progress(1.0)
 
     def _set_state(self, scaling: Standardiser, centres: Array, width: float) -> None:
@@ -116,13 +144,14 @@ class RBFNetwork(Learner):
         return jacobian
 
     def facts(self) -> dict[str, float | str]:
-        """Return number of centres, width, rank and the largest weight (acceleration units)."""
+        """Return number of centres, width, rank, ridge and largest weight (acceleration units)."""
         self._require_fitted()
         largest = float(np.abs(self._weights).max()) * self._scaling.y_scale
         return {
             "centres": float(len(self._centres)),
             "width": self.width_,
             "rank": float(self.rank_),
+            "ridge": self.ridge_,
             "largest_weight": largest,
         }
 
@@ -130,22 +159,37 @@ class RBFNetwork(Learner):
         return self._scaling.arrays() | {
             "centres": self._centres,
             "weights": self._weights,
-            "width_rank": np.array([self._width, self.rank_]),
+            "width_rank": np.array([self._width, self.rank_, self.ridge_]),
         }
 
     def _restore(self, arrays: dict[str, Array]) -> None:
-        width, rank = arrays["width_rank"]
-        self._set_state(Standardiser.restore(arrays), arrays["centres"], float(width))
+        width, rank, *ridge = (float(v) for v in arrays["width_rank"])
+        self._set_state(Standardiser.restore(arrays), arrays["centres"], width)
         self._weights, self.rank_ = arrays["weights"], int(rank)
+        self.ridge_ = ridge[0] if ridge else 0.0  # files of before have none
 
 
-def _weighed(shares: Array, targets: Array, noise: Array) -> tuple[Array, Array]:
-    """Divide rows by the noise of their sample, all three components together."""
-    size = np.sqrt(np.mean(noise**2, axis=1))
-    # A sample without noise counts as the best of the others, not infinitely.
-    least = size[size > 0].min(initial=1.0)
-    weight = (least / np.maximum(size, least))[:, None]
-    return shares * weight, targets * weight
+def _most_likely(
+    shares: Array, targets: Array, white: Array, rcond: float
+) -> tuple[Array, int, float]:
+    """Return weights (3, k), rank and ridge of the most likely prior; noise is as stated."""
+    n, k = shares.shape
+    design = (white[:, :, :, None] * shares[:, None, None, :]).reshape(3 * n, 3 * k)
+    right = (white @ targets[:, :, None]).ravel()
+    u, s, vt = svd(design, full_matrices=False)
+    keep = s > rcond * s[0]
+    u, s, vt = u[:, keep], s[keep], vt[keep]
+    along = u.T @ right
+    outside = max(float(right @ right - along @ along), 0.0)
+    # y ~ N(0, f (p^2 Phi Phi' + I)), [Rasmussen2006] Eq. 2.30: the factor f of the noise at its
+    # most likely value, but no less than stated
+    total = 1.0 + _PRIORS[:, None] * s**2
+    quadratic = (along**2 / total).sum(axis=1) + outside
+    factor = np.maximum(1.0, quadratic / len(right))
+    evidence = -0.5 * (quadratic / factor + np.log(total).sum(axis=1) + len(right) * np.log(factor))
+    ridge = 1.0 / float(_PRIORS[int(np.argmax(evidence))])
+    weights = vt.T @ (s / (s**2 + ridge) * along)
+    return np.ascontiguousarray(weights.reshape(3, k)), int(keep.sum()), ridge
 
 
 def _farthest_points(x: Array, count: int) -> list[int]:

@@ -11,6 +11,7 @@ import torch
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import ConfigError, NumericalError
+from unmodeled.models.learned._sample_noise import covariances, relative, whitening
 from unmodeled.models.learned._spectral_training import SpectralStack, forward
 from unmodeled.models.learned.learner import Learner, NoiseLevel, Progress
 from unmodeled.models.learned.scaling import Standardiser
@@ -31,6 +32,10 @@ class SpectralMLP(Learner):
     the whole network has a Lipschitz constant of at most ``lipschitz`` in scaled coordinates.
     After training the matrices are frozen, their norms computed by singular value decomposition
     and any excess of the estimate divided out: the bound holds for the network that predicts.
+
+    Stated noise weighs the misfits where it differs between samples or axes: noise of single
+    samples, and that of the positions through the gradient of the point mass below (`Residual`).
+    The paper's network, of the raw acceleration under one noise level, has no weights.
 
     Parameters
     ----------
@@ -55,7 +60,7 @@ class SpectralMLP(Learner):
         Certified: ``|a(x) - a(x')| <= lipschitz_bound_ |x - x'|`` for all positions, in units of
         acceleration per length.
     loss_ : float
-        Mean squared error of the frozen network on the scaled samples.
+        Mean squared error of the frozen network on the scaled samples, weighted as in the fit.
 
     Notes
     -----
@@ -92,7 +97,7 @@ class SpectralMLP(Learner):
         self.precision = precision
 
     def _fit(self, X: Array, y: Array, noise: NoiseLevel, progress: Progress) -> None:
-        self._fit_stack([self], [X], [y], torch.device("cpu"), progress)
+        self._fit_stack([self], [X], [y], [noise], torch.device("cpu"), progress)
 
     @classmethod
     def _fit_stack(
@@ -100,6 +105,7 @@ class SpectralMLP(Learner):
         members: Sequence[SpectralMLP],
         X: Sequence[Array],
         y: Sequence[Array],
+        noise: Sequence[NoiseLevel],
         device: torch.device,
         progress: Progress,
     ) -> list[NumericalError | None]:
@@ -133,6 +139,7 @@ class SpectralMLP(Learner):
             first.epochs,
             first.learning_rate,
             progress,
+            first._weights_of(noise, X, scalings),
         )
         errors: list[NumericalError | None] = []
         for member, scaling, network, samples in zip(members, scalings, networks, X, strict=True):
@@ -148,6 +155,19 @@ class SpectralMLP(Learner):
         if len(members) == 1 and errors[0] is not None:
             raise errors[0]
         return errors
+
+    @staticmethod
+    def _weights_of(
+        noise: Sequence[NoiseLevel], X: Sequence[Array], scalings: Sequence[Standardiser]
+    ) -> Array | None:
+        """Return weights (b, n, 3, 3) of the misfits, None where every sample counts the same."""
+        found = []
+        for n, a, s in zip(noise, X, scalings, strict=True):
+            found.append(relative(whitening(covariances(n, len(a), s.slope))))
+        if all(w is None for w in found):
+            return None
+        one = np.broadcast_to(np.eye(3), (len(X[0]), 3, 3))
+        return np.stack([one if w is None else w for w in found])
 
     def _set_state(self, scaling: Standardiser, weights: list[Array], biases: list[Array]) -> None:
         self._scaling, self._weights, self._biases = scaling, weights, biases
