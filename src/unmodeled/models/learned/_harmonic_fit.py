@@ -28,6 +28,8 @@ class HarmonicProblem:
         Highest degree with a flat prior.
     law : str
         Of `_harmonic_kernels.LAWS`.
+    mass : tuple of float, optional
+        Prior mean and deviation of C_0_0; nothing else is known of it if not given.
     """
 
     gm: float
@@ -35,6 +37,7 @@ class HarmonicProblem:
     degrees: range
     flat_degree: int
     law: str
+    mass: tuple[float, float] | None = None
 
     def solve(
         self,
@@ -77,4 +80,10 @@ class HarmonicProblem:
             for x, y, noise in counted()
         )
         free = (self.flat_degree + 1) ** 2
-        return fit_prior(sums, free, self.law, self.degrees, progress, average=average), count
+        found = fit_prior(sums, free, self.law, self.degrees, progress, average=average)
+        if self.mass is not None:
+            # The noise scales all equations but this one: it takes the level just found.
+            mean, deviation = self.mass
+            known = sums.with_mass(mean, found.noise / deviation)
+            found = fit_prior(known, free, self.law, self.degrees, progress, average=average)
+        return found, count

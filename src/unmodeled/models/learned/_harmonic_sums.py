@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg
@@ -110,4 +110,29 @@ class Sums:
             count,
             math.sqrt(float((root[:, unknowns] ** 2).sum()) / count),
             log_weight,
+        )
+
+    def with_mass(self, mean: float, weight: float) -> Sums:
+        """Return the sums with one more equation: weight C_0_0 = weight mean.
+
+        Parameters
+        ----------
+        mean : float
+            Prior mean of the first coefficient.
+        weight : float
+            Deviation of the weighted noise over that of the prior.
+        """
+        size = self.triangle.shape[1]
+        rows = np.zeros((len(self.triangle) + 2, size + 1))
+        rows[:-2, :size], rows[:-2, size] = self.triangle, self.target
+        rows[-2, 0], rows[-2, size] = weight, weight * mean
+        rows[-1, size] = math.sqrt(self.rest)
+        root = np.triu(scipy.linalg.qr(rows, mode="r")[0][: size + 1])
+        return replace(
+            self,
+            triangle=np.array(root[:size, :size]),
+            target=np.array(root[:size, size]),
+            rest=float((root[size:, size] ** 2).sum()),
+            count=self.count + 1,
+            log_weight=self.log_weight + math.log(weight),
         )

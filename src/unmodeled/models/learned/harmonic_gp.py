@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
 from functools import partial
 from typing import ClassVar, Self
 
@@ -19,7 +18,7 @@ from unmodeled.models.learned._harmonic_field import UncertainField
 from unmodeled.models.learned._harmonic_files import from_published, to_published
 from unmodeled.models.learned._harmonic_fit import HarmonicProblem
 from unmodeled.models.learned._harmonic_kernels import check_law
-from unmodeled.models.learned._harmonic_places import likely_places
+from unmodeled.models.learned._harmonic_places import NoisyPlaces, mass_of
 from unmodeled.models.learned._harmonic_stream import Block, blocks_of, blocks_of_stream
 from unmodeled.models.learned.learner import Learner, NoiseLevel, Progress
 from unmodeled.models.physics.exterior_harmonics import column_names
@@ -29,8 +28,6 @@ __all__ = ["HarmonicGP"]
 
 #: Fits with the gradient of the fit before, where positions are noisy.
 _PASSES = 6
-#: Position noise over median radius above which positions are not improved.
-_BLUNT = 0.2
 
 
 class HarmonicGP(Learner):
@@ -97,6 +94,7 @@ class HarmonicGP(Learner):
         gm: float = NORMALISED_GM,
         radius: float = 1.0,
         law: str = "abel_poisson",
+        gm_sigma: float | None = None,
     ) -> None:
         self.degree = degree
         self.least_degree = least_degree
@@ -104,6 +102,7 @@ class HarmonicGP(Learner):
         self.gm = gm
         self.radius = radius
         self.law = law
+        self.gm_sigma = gm_sigma
 
     def coefficient_names(self) -> list[str]:
         """Return the names of the coefficients, in the order of ``coefficients_``."""
@@ -114,33 +113,23 @@ class HarmonicGP(Learner):
 
     def _fit(self, X: Array, y: Array, noise: NoiseLevel, progress: Progress) -> None:
         self._check()
-        # Places so uncertain that no linear step from them means anything are left where they
-        # are, and weighted by the gradient of the reference mass.
-        blunt = noise.position > _BLUNT * float(np.median(np.linalg.norm(X, axis=1)))
-        moving = noise.position > 0 and not blunt
+        moving = noise.position > 0
         passes = _PASSES if moving else 1
         places, data = X, y
+        problem = self._problem(0.0 if noise.gradient is not None else 1.0)
         with one_thread():
-            if blunt:
-                self._adopt(_reference(1.0 if noise.gradient is None else 0.0))
-            elif moving:
-                # Mass and centre of mass alone give the gradient to start from.
-                start = replace(self._problem(), degrees=range(1, 2))
-                self._adopt(
-                    start.solve(blocks_of(X, y, NoiseLevel()), None, _tell_no_one, average=False)[0]
-                )
+            if moving:
+                self._adopt(self._start(X, y, noise))
+                own = NoisyPlaces(X, y, noise, self.gm * float(self.coefficients_[0]), self.radius)
             for k in range(passes):
+                if moving and noise.gradient is None:
+                    data = own.update(self._field)
+                    places = own.places
                 blocks = blocks_of(places, data, noise)
                 field = self._field if noise.position else None
                 tell = partial(_part, progress, k, passes)
                 last = k == passes - 1
-                self._adopt(self._problem().solve(blocks, field, tell, average=last)[0])
-                if moving and noise.gradient is None:
-                    places = likely_places(self._field, X, y, places, noise)
-                    # Seen from there, y = a(places) + G (X - places) + noise, G of this fit: with
-                    # G free in the next one, steep fields would be preferred.
-                    away = self._jacobian(places) @ (X - places)[:, :, None]
-                    data = y - away[:, :, 0]
+                self._adopt(problem.solve(blocks, field, tell, average=last)[0])
         progress(1.0)
 
     def fit_stream(
@@ -187,6 +176,14 @@ class HarmonicGP(Learner):
         self.n_samples_, self.n_inputs_ = count, 3
         return self
 
+    def _start(self, X: Array, y: Array, noise: NoiseLevel) -> Posterior:
+        """Return a point mass that carries position noise in the first pass."""
+        if noise.gradient is not None:  # the mass has been taken off
+            return _reference(0.0)
+        if self.gm_sigma is not None:
+            return _reference(1.0)
+        return _reference(mass_of(X, y) / self.gm or 1.0)
+
     def _enough(self, blocks: Iterable[Block]) -> Iterator[Block]:
         count = 0
         for block in blocks:
@@ -199,9 +196,10 @@ class HarmonicGP(Learner):
                 do="use a longer trajectory or more samples a period",
             )
 
-    def _problem(self) -> HarmonicProblem:
+    def _problem(self, mass: float = 1.0) -> HarmonicProblem:
         degrees = range(self.least_degree, self.degree + 1)
-        return HarmonicProblem(self.gm, self.radius, degrees, self.flat_degree, self.law)
+        known = None if self.gm_sigma is None else (mass, self.gm_sigma / self.gm)
+        return HarmonicProblem(self.gm, self.radius, degrees, self.flat_degree, self.law, known)
 
     def _check(self) -> None:
         for name, value in (("gm", self.gm), ("radius", self.radius)):
