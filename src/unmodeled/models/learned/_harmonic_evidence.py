@@ -141,8 +141,10 @@ def _scorer(
     else:
         square, along = np.zeros(0), np.zeros(0)
     freedom = sums.count - free
-    # Accelerations are rounded: no noise is smaller than that.
-    floor = (np.finfo(float).eps * sums.scale) ** 2
+    # Accelerations are rounded, and each of the reflections that made the triangle, as many as
+    # columns, has rounded every equation once more: eps / sqrt(12) each. No noise is smaller.
+    roundings = 1.0 + sums.triangle.shape[1] / 12.0
+    floor = roundings * (np.finfo(float).eps * sums.scale) ** 2
 
     def scores(log_ratio: Array) -> tuple[Array, Array]:
         shrunk = 1.0 + np.exp(log_ratio)[:, None] * square

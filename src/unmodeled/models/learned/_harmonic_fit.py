@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
+import numpy as np
+
 from unmodeled.models.learned._harmonic_evidence import Posterior, fit_prior
 from unmodeled.models.learned._harmonic_field import UncertainField
 from unmodeled.models.learned._harmonic_places import noise_root
 from unmodeled.models.learned._harmonic_stream import Block
 from unmodeled.models.learned._harmonic_sums import Sums, equations
+from unmodeled.models.learned.learner import NoiseLevel
 
 __all__ = ["HarmonicProblem"]
 
@@ -28,8 +31,10 @@ class HarmonicProblem:
         Highest degree with a flat prior.
     law : str
         Of `_harmonic_kernels.LAWS`.
-    mass : tuple of float, optional
-        Prior mean and deviation of C_0_0; nothing else is known of it if not given.
+    mass : float
+        Prior mean of C_0_0, where something is known of it.
+    mass_sigma, dipole_sigma : float, optional
+        Deviation of the prior of C_0_0, and of C_1_0, C_1_1, S_1_1 about 0; flat if not given.
     """
 
     gm: float
@@ -37,7 +42,9 @@ class HarmonicProblem:
     degrees: range
     flat_degree: int
     law: str
-    mass: tuple[float, float] | None = None
+    mass: float = 1.0
+    mass_sigma: float | None = None
+    dipole_sigma: float | None = None
 
     def solve(
         self,
@@ -66,12 +73,13 @@ class HarmonicProblem:
         int
             Number of samples.
         """
-        count = 0
+        count, stated = 0, False
 
         def counted() -> Iterable[Block]:
-            nonlocal count
+            nonlocal count, stated
             for block in blocks:
                 count += len(block[0])
+                stated = _is_stated(block[2])
                 yield block
 
         top = self.degrees.stop - 1
@@ -80,10 +88,25 @@ class HarmonicProblem:
             for x, y, noise in counted()
         )
         free = (self.flat_degree + 1) ** 2
+        weights = np.array([0.0 if d is None else 1.0 / d for d in self._known()])
+        if weights.any():
+            means = np.array([self.mass, 0.0, 0.0, 0.0])
+            # Noise scales all equations but these: where it is not stated, it is found first.
+            level = 1.0
+            if not stated:
+                rough = fit_prior(sums, free, self.law, self.degrees, _tell_no_one, average=False)
+                level = rough.noise
+            sums = sums.with_known(means, level * weights)
         found = fit_prior(sums, free, self.law, self.degrees, progress, average=average)
-        if self.mass is not None:
-            # The noise scales all equations but this one: it takes the level just found.
-            mean, deviation = self.mass
-            known = sums.with_mass(mean, found.noise / deviation)
-            found = fit_prior(known, free, self.law, self.degrees, progress, average=average)
         return found, count
+
+    def _known(self) -> tuple[float | None, ...]:
+        return (self.mass_sigma, *(self.dipole_sigma,) * 3)
+
+
+def _is_stated(noise: NoiseLevel) -> bool:
+    return noise.position > 0 or noise.acceleration > 0 or noise.samples is not None
+
+
+def _tell_no_one(share: float) -> None:
+    """Take a share of progress that is not worth telling."""

@@ -112,27 +112,29 @@ class Sums:
             log_weight,
         )
 
-    def with_mass(self, mean: float, weight: float) -> Sums:
-        """Return the sums with one more equation: weight C_0_0 = weight mean.
+    def with_known(self, means: Array, weights: Array) -> Sums:
+        """Return the sums with equations for single coefficients: weight c = weight mean.
 
         Parameters
         ----------
-        mean : float
-            Prior mean of the first coefficient.
-        weight : float
-            Deviation of the weighted noise over that of the prior.
+        means, weights : ndarray (k,)
+            Of the first k coefficients: prior mean, and deviation of the weighted noise over that
+            of the prior; none where the weight is 0.
         """
-        size = self.triangle.shape[1]
-        rows = np.zeros((len(self.triangle) + 2, size + 1))
-        rows[:-2, :size], rows[:-2, size] = self.triangle, self.target
-        rows[-2, 0], rows[-2, size] = weight, weight * mean
+        size, known = self.triangle.shape[1], len(means)
+        rows = np.zeros((len(self.triangle) + known + 1, size + 1))
+        rows[: len(self.triangle), :size] = self.triangle
+        rows[: len(self.triangle), size] = self.target
+        rows[-known - 1 : -1, :known] = np.diag(weights)
+        rows[-known - 1 : -1, size] = weights * means
         rows[-1, size] = math.sqrt(self.rest)
         root = np.triu(scipy.linalg.qr(rows, mode="r")[0][: size + 1])
+        used = weights[weights > 0]
         return replace(
             self,
             triangle=np.array(root[:size, :size]),
             target=np.array(root[:size, size]),
             rest=float((root[size:, size] ** 2).sum()),
-            count=self.count + 1,
-            log_weight=self.log_weight + math.log(weight),
+            count=self.count + len(used),
+            log_weight=self.log_weight + float(np.log(used).sum()),
         )

@@ -27,7 +27,7 @@ from unmodeled.models.physics.gravity_file import GravityField
 __all__ = ["HarmonicGP"]
 
 #: Fits with the gradient of the fit before, where positions are noisy.
-_PASSES = 6
+_PASSES = 4
 
 
 class HarmonicGP(Learner):
@@ -95,6 +95,7 @@ class HarmonicGP(Learner):
         radius: float = 1.0,
         law: str = "abel_poisson",
         gm_sigma: float | None = None,
+        centre_sigma: float | None = None,
     ) -> None:
         self.degree = degree
         self.least_degree = least_degree
@@ -103,6 +104,7 @@ class HarmonicGP(Learner):
         self.radius = radius
         self.law = law
         self.gm_sigma = gm_sigma
+        self.centre_sigma = centre_sigma
 
     def coefficient_names(self) -> list[str]:
         """Return the names of the coefficients, in the order of ``coefficients_``."""
@@ -164,7 +166,7 @@ class HarmonicGP(Learner):
             raise InputError(
                 f"{self.name}: a stream was given noise of positions or of single samples",
                 allowed="noise of accelerations, and deviations within the chunks",
-                do="use fit(X, y, noise) for noisy positions: it passes over the samples six times",
+                do="use fit(X, y, noise) for noisy positions: it passes over them several times",
             )
         self._check()
         with one_thread():
@@ -198,13 +200,28 @@ class HarmonicGP(Learner):
 
     def _problem(self, mass: float = 1.0) -> HarmonicProblem:
         degrees = range(self.least_degree, self.degree + 1)
-        known = None if self.gm_sigma is None else (mass, self.gm_sigma / self.gm)
-        return HarmonicProblem(self.gm, self.radius, degrees, self.flat_degree, self.law, known)
+        return HarmonicProblem(
+            self.gm,
+            self.radius,
+            degrees,
+            self.flat_degree,
+            self.law,
+            mass,
+            None if self.gm_sigma is None else self.gm_sigma / self.gm,
+            # C_1_0 is z of the centre of mass over sqrt(3) R, and so on.
+            None if self.centre_sigma is None else self.centre_sigma / self.radius / math.sqrt(3.0),
+        )
 
     def _check(self) -> None:
         for name, value in (("gm", self.gm), ("radius", self.radius)):
             if not (math.isfinite(value) and value > 0):
                 raise ConfigError(f"{self.name}: {name} is {value}", allowed="a number > 0")
+        for name in ("gm_sigma", "centre_sigma"):
+            value = getattr(self, name)
+            if value is not None and not (math.isfinite(value) and value > 0):
+                raise ConfigError(
+                    f"{self.name}: {name} is {value}", allowed="a number > 0, or none"
+                )
         check_law(self.name, self.law)
         if not 1 <= self.least_degree <= self.degree:
             raise ConfigError(
