@@ -35,6 +35,8 @@ class HarmonicProblem:
         Prior mean of C_0_0, where something is known of it.
     mass_sigma, dipole_sigma : float, optional
         Deviation of the prior of C_0_0, and of C_1_0, C_1_1, S_1_1 about 0; flat if not given.
+    growing : bool
+        As `fit_prior`.
     """
 
     gm: float
@@ -45,6 +47,7 @@ class HarmonicProblem:
     mass: float = 1.0
     mass_sigma: float | None = None
     dipole_sigma: float | None = None
+    growing: bool = False
 
     def solve(
         self,
@@ -87,18 +90,22 @@ class HarmonicProblem:
             equations(x, y, top, self.gm, self.radius, noise_root(field, x, noise))
             for x, y, noise in counted()
         )
-        free = (self.flat_degree + 1) ** 2
         weights = np.array([0.0 if d is None else 1.0 / d for d in self._known()])
         if weights.any():
             means = np.array([self.mass, 0.0, 0.0, 0.0])
             # Noise scales all equations but these: where it is not stated, it is found first.
             level = 1.0
             if not stated:
-                rough = fit_prior(sums, free, self.law, self.degrees, _tell_no_one, average=False)
+                rough = self._search(sums, _tell_no_one, average=False)
                 level = rough.noise
             sums = sums.with_known(means, level * weights)
-        found = fit_prior(sums, free, self.law, self.degrees, progress, average=average)
-        return found, count
+        return self._search(sums, progress, average=average), count
+
+    def _search(self, sums: Sums, progress: Callable[[float], None], *, average: bool) -> Posterior:
+        free = (self.flat_degree + 1) ** 2
+        return fit_prior(
+            sums, free, self.law, self.degrees, progress, average=average, growing=self.growing
+        )
 
     def _known(self) -> tuple[float | None, ...]:
         return (self.mass_sigma, *(self.dipole_sigma,) * 3)

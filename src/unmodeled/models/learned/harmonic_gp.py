@@ -26,6 +26,8 @@ from unmodeled.models.physics.gravity_file import GravityField
 
 __all__ = ["HarmonicGP"]
 
+#: Highest degree of the choice "auto".
+_HIGHEST = 20
 #: Fits with the gradient of the fit before, where positions are noisy.
 _PASSES = 4
 
@@ -50,14 +52,14 @@ class HarmonicGP(Learner):
     levels and the gravity gradient G of the fit, repeated; the factor is estimated, 1 if the
     statement is right. The 2 stands for independent draws: one of the observed position, one of
     the position whose acceleration was observed. Without stated noise it is :math:`\sigma^2 I`.
-    With noisy positions the field is fitted at the positions that it makes most likely; where
-    noise is above a fifth of the median radius, at the observed ones, weighted by the gradient of
-    the reference mass, and the band is too narrow.
+    With noisy positions the field is compared with each sample where the bias of that noise
+    vanishes (`_harmonic_places.NoisyPlaces`), to all orders of sigma_s.
 
     Parameters
     ----------
-    degree : int
-        Highest degree that may be chosen.
+    degree : int or "auto"
+        Highest degree that may be chosen; ``auto`` goes up, to 20 at most, until three more degrees
+        add less than 1 to the log evidence.
     least_degree : int
         Lowest degree that may be chosen; equal to ``degree`` for a fixed one.
     flat_degree : int
@@ -67,6 +69,12 @@ class HarmonicGP(Learner):
     law : {"abel_poisson", "reciprocal", "logarithmic"}
         Prior variances of coefficients are s^2 q^(2n) times 1, 1/(2n + 1), 1/((n + 1)(2n + 1)):
         the kernels of `HarmonicKernelGP`, cut off.
+    gm_sigma : float, optional
+        Standard deviation of what is known of the mass: GM is ``gm`` within it, in its units. Flat
+        if not given. On a `Residual` it is that of the mass taken off.
+    centre_sigma : float, optional
+        Standard deviation of each coordinate of the centre of mass about the origin, in units of
+        length. Flat if not given.
 
     Attributes
     ----------
@@ -88,7 +96,7 @@ class HarmonicGP(Learner):
 
     def __init__(
         self,
-        degree: int = 8,
+        degree: int | str = 8,
         least_degree: int = 2,
         flat_degree: int = 1,
         gm: float = NORMALISED_GM,
@@ -199,7 +207,8 @@ class HarmonicGP(Learner):
             )
 
     def _problem(self, mass: float = 1.0) -> HarmonicProblem:
-        degrees = range(self.least_degree, self.degree + 1)
+        top = _HIGHEST if isinstance(self.degree, str) else self.degree
+        degrees = range(self.least_degree, top + 1)
         return HarmonicProblem(
             self.gm,
             self.radius,
@@ -210,6 +219,7 @@ class HarmonicGP(Learner):
             None if self.gm_sigma is None else self.gm_sigma / self.gm,
             # C_1_0 is z of the centre of mass over sqrt(3) R, and so on.
             None if self.centre_sigma is None else self.centre_sigma / self.radius / math.sqrt(3.0),
+            growing=isinstance(self.degree, str),
         )
 
     def _check(self) -> None:
@@ -223,7 +233,12 @@ class HarmonicGP(Learner):
                     f"{self.name}: {name} is {value}", allowed="a number > 0, or none"
                 )
         check_law(self.name, self.law)
-        if not 1 <= self.least_degree <= self.degree:
+        if isinstance(self.degree, str) and self.degree != "auto":
+            raise ConfigError(
+                f'{self.name}: degree is "{self.degree}"', allowed='a number, or "auto"'
+            )
+        top = _HIGHEST if isinstance(self.degree, str) else self.degree
+        if not 1 <= self.least_degree <= top:
             raise ConfigError(
                 f"{self.name}: degrees {self.least_degree} to {self.degree}",
                 allowed="1 <= least_degree <= degree",
