@@ -62,8 +62,9 @@ def main() -> None:
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
     print(
         f"{arguments.samples} samples, degree {arguments.degree}: {wall:.0f} s ({cpu:.0f} s of "
-        f"processor, {making:.0f} s of them to make the samples), peak {peak:.2f} GB; errors of the coefficients over their standard "
-        f"deviations: root mean square {np.sqrt((z**2).mean()):.2f}, largest {np.abs(z).max():.1f}"
+        f"processor, {making:.0f} s of them to make the samples), peak {peak:.2f} GB; errors of "
+        f"the coefficients over their standard deviations: root mean square "
+        f"{np.sqrt((z**2).mean()):.2f}, largest {np.abs(z).max():.1f}"
     )
 
 

@@ -30,6 +30,8 @@ _AMPLITUDES = np.log(np.geomspace(4e-3, 1.0, 12))
 _LEAST_WEIGHT = 0.01
 #: Log evidence by which a higher degree may fall short of the best and still be taken.
 _DEGREE_MARGIN = 10.0
+#: Degrees without a gain after which a growing search ends: a symmetric body lacks every other.
+_PATIENCE = 3
 
 
 @dataclass(frozen=True)
@@ -65,6 +67,7 @@ def fit_prior(
     progress: Callable[[float], None],
     *,
     average: bool = True,
+    growing: bool = False,
 ) -> Posterior:
     """Maximise the evidence over degree, attenuation, amplitude and noise.
 
@@ -85,14 +88,19 @@ def fit_prior(
     average : bool
         Average mean and covariance over the priors of this degree by their evidence (`_average`);
         else take those of the best one.
+    growing : bool
+        Whether to go up in degree only until three more have added less than 1 to the evidence.
     """
-    found = []
+    found: list[tuple[float, int, float]] = []
     for degree in degrees:
         best = max(
             (_profile(sums, free, law, degree, a) for a in _ATTENUATIONS), key=lambda p: p[0]
         )
         found.append((best[0], degree, best[1]))
         progress(0.7 * (degree - degrees.start + 1) / len(degrees))
+        highest = [max(f[0] for f in found[: k + 1]) for k in range(len(found))]
+        if growing and len(found) > _PATIENCE and highest[-1] - highest[-1 - _PATIENCE] < 1.0:
+            break
     top = max(f[0] for f in found)
     _, degree, start = next(f for f in reversed(found) if f[0] >= top - _DEGREE_MARGIN)
     step = float(_ATTENUATIONS[1] - _ATTENUATIONS[0])
@@ -141,8 +149,10 @@ def _scorer(
     else:
         square, along = np.zeros(0), np.zeros(0)
     freedom = sums.count - free
-    # Accelerations are rounded: no noise is smaller than that.
-    floor = (np.finfo(float).eps * sums.scale) ** 2
+    # Accelerations are rounded, and each of the reflections that made the triangle, as many as
+    # columns, has rounded every equation once more: eps / sqrt(12) each. No noise is smaller.
+    roundings = 1.0 + sums.triangle.shape[1] / 12.0
+    floor = roundings * (np.finfo(float).eps * sums.scale) ** 2
 
     def scores(log_ratio: Array) -> tuple[Array, Array]:
         shrunk = 1.0 + np.exp(log_ratio)[:, None] * square

@@ -14,6 +14,10 @@ __all__ = ["CHUNK", "UncertainField"]
 
 #: Samples whose harmonics are in memory at once: 2048 x 3 x (degree + 1)^2 x 8 bytes.
 CHUNK = 2048
+#: Variance of the rounding of a predicted component, as a share of |a|^2: x / R, three squares and
+#: their sum, their root, two quotients, the recursion to degree 1, its factor, that of the
+#: derivative, the coefficient, the sum and GM / R^2 are twelve, of eps^2 / 12 each (uniform).
+_ROUNDING = 12.0 * np.finfo(float).eps ** 2 / 12.0
 
 
 @dataclass(frozen=True)
@@ -72,14 +76,16 @@ class UncertainField:
         )
 
     def acceleration_covariance(self, X: Array) -> Array:
-        """Return the covariance (n, 3, 3) of the acceleration."""
+        """Return the covariance (n, 3, 3) of the acceleration, its own rounding included."""
         scale = self.gm / self.radius**2
-        return np.concatenate(
-            [
-                self._sandwich(scale * np.stack([derivative(t, i) for i in range(3)]))
-                for t in self._tables(X, 1)
-            ]
-        )
+        blocks = []
+        for table in self._tables(X, 1):
+            design = np.stack([derivative(table, i) for i in range(3)])
+            size = ((self.mean @ design) ** 2).sum(axis=0)
+            block = self._sandwich(scale * design)
+            block += _ROUNDING * scale**2 * size[:, None, None] * np.eye(3)
+            blocks.append(block)
+        return np.concatenate(blocks)
 
     def gradient_covariance(self, X: Array) -> Array:
         """Return the covariance (n, 9, 9) of the gravity gradient, its elements row by row."""

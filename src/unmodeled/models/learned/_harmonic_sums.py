@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg
@@ -110,4 +110,31 @@ class Sums:
             count,
             math.sqrt(float((root[:, unknowns] ** 2).sum()) / count),
             log_weight,
+        )
+
+    def with_known(self, means: Array, weights: Array) -> Sums:
+        """Return the sums with equations for single coefficients: weight c = weight mean.
+
+        Parameters
+        ----------
+        means, weights : ndarray (k,)
+            Of the first k coefficients: prior mean, and deviation of the weighted noise over that
+            of the prior; none where the weight is 0.
+        """
+        size, known = self.triangle.shape[1], len(means)
+        rows = np.zeros((len(self.triangle) + known + 1, size + 1))
+        rows[: len(self.triangle), :size] = self.triangle
+        rows[: len(self.triangle), size] = self.target
+        rows[-known - 1 : -1, :known] = np.diag(weights)
+        rows[-known - 1 : -1, size] = weights * means
+        rows[-1, size] = math.sqrt(self.rest)
+        root = np.triu(scipy.linalg.qr(rows, mode="r")[0][: size + 1])
+        used = weights[weights > 0]
+        return replace(
+            self,
+            triangle=np.array(root[:size, :size]),
+            target=np.array(root[:size, size]),
+            rest=float((root[size:, size] ** 2).sum()),
+            count=self.count + len(used),
+            log_weight=self.log_weight + float(np.log(used).sum()),
         )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
 from functools import partial
 from typing import ClassVar, Self
 
@@ -19,7 +18,7 @@ from unmodeled.models.learned._harmonic_field import UncertainField
 from unmodeled.models.learned._harmonic_files import from_published, to_published
 from unmodeled.models.learned._harmonic_fit import HarmonicProblem
 from unmodeled.models.learned._harmonic_kernels import check_law
-from unmodeled.models.learned._harmonic_places import likely_places
+from unmodeled.models.learned._harmonic_places import NoisyPlaces, mass_of
 from unmodeled.models.learned._harmonic_stream import Block, blocks_of, blocks_of_stream
 from unmodeled.models.learned.learner import Learner, NoiseLevel, Progress
 from unmodeled.models.physics.exterior_harmonics import column_names
@@ -27,10 +26,10 @@ from unmodeled.models.physics.gravity_file import GravityField
 
 __all__ = ["HarmonicGP"]
 
+#: Highest degree of the choice "auto".
+_HIGHEST = 20
 #: Fits with the gradient of the fit before, where positions are noisy.
-_PASSES = 6
-#: Position noise over median radius above which positions are not improved.
-_BLUNT = 0.2
+_PASSES = 4
 
 
 class HarmonicGP(Learner):
@@ -53,14 +52,14 @@ class HarmonicGP(Learner):
     levels and the gravity gradient G of the fit, repeated; the factor is estimated, 1 if the
     statement is right. The 2 stands for independent draws: one of the observed position, one of
     the position whose acceleration was observed. Without stated noise it is :math:`\sigma^2 I`.
-    With noisy positions the field is fitted at the positions that it makes most likely; where
-    noise is above a fifth of the median radius, at the observed ones, weighted by the gradient of
-    the reference mass, and the band is too narrow.
+    With noisy positions the field is compared with each sample where the bias of that noise
+    vanishes (`_harmonic_places.NoisyPlaces`), to all orders of sigma_s.
 
     Parameters
     ----------
-    degree : int
-        Highest degree that may be chosen.
+    degree : int or "auto"
+        Highest degree that may be chosen; ``auto`` goes up, to 20 at most, until three more degrees
+        add less than 1 to the log evidence.
     least_degree : int
         Lowest degree that may be chosen; equal to ``degree`` for a fixed one.
     flat_degree : int
@@ -70,6 +69,12 @@ class HarmonicGP(Learner):
     law : {"abel_poisson", "reciprocal", "logarithmic"}
         Prior variances of coefficients are s^2 q^(2n) times 1, 1/(2n + 1), 1/((n + 1)(2n + 1)):
         the kernels of `HarmonicKernelGP`, cut off.
+    gm_sigma : float, optional
+        Standard deviation of what is known of the mass: GM is ``gm`` within it, in its units. Flat
+        if not given. On a `Residual` it is that of the mass taken off.
+    centre_sigma : float, optional
+        Standard deviation of each coordinate of the centre of mass about the origin, in units of
+        length. Flat if not given.
 
     Attributes
     ----------
@@ -91,12 +96,14 @@ class HarmonicGP(Learner):
 
     def __init__(
         self,
-        degree: int = 8,
+        degree: int | str = 8,
         least_degree: int = 2,
         flat_degree: int = 1,
         gm: float = NORMALISED_GM,
         radius: float = 1.0,
         law: str = "abel_poisson",
+        gm_sigma: float | None = None,
+        centre_sigma: float | None = None,
     ) -> None:
         self.degree = degree
         self.least_degree = least_degree
@@ -104,6 +111,8 @@ class HarmonicGP(Learner):
         self.gm = gm
         self.radius = radius
         self.law = law
+        self.gm_sigma = gm_sigma
+        self.centre_sigma = centre_sigma
 
     def coefficient_names(self) -> list[str]:
         """Return the names of the coefficients, in the order of ``coefficients_``."""
@@ -114,33 +123,23 @@ class HarmonicGP(Learner):
 
     def _fit(self, X: Array, y: Array, noise: NoiseLevel, progress: Progress) -> None:
         self._check()
-        # Places so uncertain that no linear step from them means anything are left where they
-        # are, and weighted by the gradient of the reference mass.
-        blunt = noise.position > _BLUNT * float(np.median(np.linalg.norm(X, axis=1)))
-        moving = noise.position > 0 and not blunt
+        moving = noise.position > 0
         passes = _PASSES if moving else 1
         places, data = X, y
+        problem = self._problem(0.0 if noise.gradient is not None else 1.0)
         with one_thread():
-            if blunt:
-                self._adopt(_reference(1.0 if noise.gradient is None else 0.0))
-            elif moving:
-                # Mass and centre of mass alone give the gradient to start from.
-                start = replace(self._problem(), degrees=range(1, 2))
-                self._adopt(
-                    start.solve(blocks_of(X, y, NoiseLevel()), None, _tell_no_one, average=False)[0]
-                )
+            if moving:
+                self._adopt(self._start(X, y, noise))
+                own = NoisyPlaces(X, y, noise, self.gm * float(self.coefficients_[0]), self.radius)
             for k in range(passes):
+                if moving and noise.gradient is None:
+                    data = own.update(self._field)
+                    places = own.places
                 blocks = blocks_of(places, data, noise)
                 field = self._field if noise.position else None
                 tell = partial(_part, progress, k, passes)
                 last = k == passes - 1
-                self._adopt(self._problem().solve(blocks, field, tell, average=last)[0])
-                if moving and noise.gradient is None:
-                    places = likely_places(self._field, X, y, places, noise)
-                    # Seen from there, y = a(places) + G (X - places) + noise, G of this fit: with
-                    # G free in the next one, steep fields would be preferred.
-                    away = self._jacobian(places) @ (X - places)[:, :, None]
-                    data = y - away[:, :, 0]
+                self._adopt(problem.solve(blocks, field, tell, average=last)[0])
         progress(1.0)
 
     def fit_stream(
@@ -175,7 +174,7 @@ class HarmonicGP(Learner):
             raise InputError(
                 f"{self.name}: a stream was given noise of positions or of single samples",
                 allowed="noise of accelerations, and deviations within the chunks",
-                do="use fit(X, y, noise) for noisy positions: it passes over the samples six times",
+                do="use fit(X, y, noise) for noisy positions: it passes over them several times",
             )
         self._check()
         with one_thread():
@@ -186,6 +185,14 @@ class HarmonicGP(Learner):
         self._adopt(found)
         self.n_samples_, self.n_inputs_ = count, 3
         return self
+
+    def _start(self, X: Array, y: Array, noise: NoiseLevel) -> Posterior:
+        """Return a point mass that carries position noise in the first pass."""
+        if noise.gradient is not None:  # the mass has been taken off
+            return _reference(0.0)
+        if self.gm_sigma is not None:
+            return _reference(1.0)
+        return _reference(mass_of(X, y) / self.gm or 1.0)
 
     def _enough(self, blocks: Iterable[Block]) -> Iterator[Block]:
         count = 0
@@ -199,16 +206,39 @@ class HarmonicGP(Learner):
                 do="use a longer trajectory or more samples a period",
             )
 
-    def _problem(self) -> HarmonicProblem:
-        degrees = range(self.least_degree, self.degree + 1)
-        return HarmonicProblem(self.gm, self.radius, degrees, self.flat_degree, self.law)
+    def _problem(self, mass: float = 1.0) -> HarmonicProblem:
+        top = _HIGHEST if isinstance(self.degree, str) else self.degree
+        degrees = range(self.least_degree, top + 1)
+        return HarmonicProblem(
+            self.gm,
+            self.radius,
+            degrees,
+            self.flat_degree,
+            self.law,
+            mass,
+            None if self.gm_sigma is None else self.gm_sigma / self.gm,
+            # C_1_0 is z of the centre of mass over sqrt(3) R, and so on.
+            None if self.centre_sigma is None else self.centre_sigma / self.radius / math.sqrt(3.0),
+            growing=isinstance(self.degree, str),
+        )
 
     def _check(self) -> None:
         for name, value in (("gm", self.gm), ("radius", self.radius)):
             if not (math.isfinite(value) and value > 0):
                 raise ConfigError(f"{self.name}: {name} is {value}", allowed="a number > 0")
+        for name in ("gm_sigma", "centre_sigma"):
+            value = getattr(self, name)
+            if value is not None and not (math.isfinite(value) and value > 0):
+                raise ConfigError(
+                    f"{self.name}: {name} is {value}", allowed="a number > 0, or none"
+                )
         check_law(self.name, self.law)
-        if not 1 <= self.least_degree <= self.degree:
+        if isinstance(self.degree, str) and self.degree != "auto":
+            raise ConfigError(
+                f'{self.name}: degree is "{self.degree}"', allowed='a number, or "auto"'
+            )
+        top = _HIGHEST if isinstance(self.degree, str) else self.degree
+        if not 1 <= self.least_degree <= top:
             raise ConfigError(
                 f"{self.name}: degrees {self.least_degree} to {self.degree}",
                 allowed="1 <= least_degree <= degree",
