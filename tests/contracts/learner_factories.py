@@ -15,6 +15,7 @@ from unmodeled.models.learned.harmonic_least_squares import (
     ZonalOracle,
 )
 from unmodeled.models.learned.learner import Learner
+from unmodeled.models.learned.mascon_gp import MasconGP
 from unmodeled.models.learned.nearest_neighbour import NearestNeighbour
 from unmodeled.models.learned.point_mass import PointMassOnly
 from unmodeled.models.learned.rbf_network import RBFNetwork
@@ -59,6 +60,7 @@ LEARNER_FACTORIES: dict[str, LearnerFactory] = {
     "fitted_point_mass": LearnerFactory(FittedPointMass, score=2e-2),
     "harmonic_least_squares": LearnerFactory(lambda: HarmonicLeastSquares(degree=5), score=1e-8),
     "harmonic_gp": LearnerFactory(HarmonicGP, score=1e-8, uncertain_at=0.7),
+    "mascon_gp": LearnerFactory(lambda: MasconGP(count=200), score=1e-6, uncertain_at=0.7),
     "curl_free_gp": LearnerFactory(
         # as for lbfgs above; the steps from a grid's start end early on clean data
         lambda: CurlFreeGP(iterations=10, noise_floor=1e-6),

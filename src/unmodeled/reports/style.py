@@ -55,6 +55,7 @@ _KINDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "curl_free_gp": ("#56B4E9", "8"),
         "sparse_gp": ("#117733", "<"),
         "elm": ("#661100", ">"),
+        "mascon_gp": ("#999933", "d"),
     }
 )
 # For kinds that this table does not know yet: by the name, so that it is the same on every page.

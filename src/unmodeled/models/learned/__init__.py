@@ -20,6 +20,7 @@ from unmodeled.models.learned.learner import (
     load_learner,
     read_context,
 )
+from unmodeled.models.learned.mascon_gp import MasconGP
 from unmodeled.models.learned.nearest_neighbour import NearestNeighbour
 from unmodeled.models.learned.point_mass import PointMassOnly
 from unmodeled.models.learned.rbf_network import RBFNetwork
@@ -36,6 +37,7 @@ __all__ = [
     "HarmonicLeastSquares",
     "InputFeatures",
     "Learner",
+    "MasconGP",
     "NearestNeighbour",
     "NoiseLevel",
     "PointMassOnly",
