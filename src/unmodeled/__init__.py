@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from unmodeled.pipeline.diagnosis.add_effect import Addition, add
     from unmodeled.pipeline.diagnosis.diagnose import diagnose
     from unmodeled.pipeline.diagnosis.result import Diagnosis
+    from unmodeled.pipeline.estimated_spin import SpinEstimate, estimate_spin
     from unmodeled.pipeline.learned_field import LearnedField
     from unmodeled.pipeline.navigation.navigate import navigate
     from unmodeled.pipeline.navigation.result import NavigationResult
@@ -55,12 +56,14 @@ __all__ = [
     "NavigationResult",
     "Reproduction",
     "Selection",
+    "SpinEstimate",
     "Trajectory",
     "add",
     "body_names",
     "characterize",
     "compare",
     "diagnose",
+    "estimate_spin",
     "load_body",
     "load_case",
     "load_config",
@@ -89,6 +92,8 @@ _HOME = {
     "characterize": "pipeline.characterize",
     "CharacterizationConfig": "pipeline.config",
     "load_config": "pipeline.config",
+    "SpinEstimate": "pipeline.estimated_spin",
+    "estimate_spin": "pipeline.estimated_spin",
     "LearnedField": "pipeline.learned_field",
     "CharacterizationResult": "pipeline.results",
     "write_report": "reports",

@@ -16,6 +16,7 @@ from unmodeled.models.learned.harmonic_least_squares import (
     ZonalOracle,
 )
 from unmodeled.models.learned.learner import Learner
+from unmodeled.models.learned.mascon_gp import MasconGP
 from unmodeled.models.learned.mlp import MLP
 from unmodeled.models.learned.nearest_neighbour import NearestNeighbour
 from unmodeled.models.learned.point_mass import PointMassOnly
@@ -73,6 +74,7 @@ LEARNER_FACTORIES: dict[str, LearnerFactory] = {
         score=1e-4,
         uncertain_at=1.0,
     ),
+    "mascon_gp": LearnerFactory(lambda: MasconGP(count=200), score=1e-6, uncertain_at=0.7),
     "curl_free_gp": LearnerFactory(
         # as for lbfgs above; the steps from a grid's start end early on clean data
         lambda: CurlFreeGP(iterations=10, noise_floor=1e-6),

@@ -57,6 +57,7 @@ _KINDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "sparse_gp": ("#117733", "<"),
         "elm": ("#661100", ">"),
         "mlp": ("#999933", "d"),
+        "mascon_gp": ("#882255", "p"),
     }
 )
 # For kinds that this table does not know yet: by the name, so that it is the same on every page.

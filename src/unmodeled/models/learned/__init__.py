@@ -21,6 +21,7 @@ from unmodeled.models.learned.learner import (
     load_learner,
     read_context,
 )
+from unmodeled.models.learned.mascon_gp import MasconGP
 from unmodeled.models.learned.mlp import MLP
 from unmodeled.models.learned.nearest_neighbour import NearestNeighbour
 from unmodeled.models.learned.point_mass import PointMassOnly
@@ -41,6 +42,7 @@ __all__ = [
     "HarmonicLeastSquares",
     "InputFeatures",
     "Learner",
+    "MasconGP",
     "NearestNeighbour",
     "NoiseLevel",
     "PointMassOnly",

@@ -1,0 +1,121 @@
+"""Spin rates from the motion: found within their sigma, and not claimed where nothing turns."""
+
+import numpy as np
+import pytest
+
+import unmodeled as um
+from unmodeled.core.errors import ConfigError, DataError
+from unmodeled.core.frames import body_fixed_from_inertial, rotation_about_x, turned
+from unmodeled.core.units import NORMALISED_GM, NormalisedUnits
+from unmodeled.datasets.trajectory import Trajectory
+from unmodeled.models.learned import HarmonicGP, NoiseLevel
+
+UNITS = NormalisedUnits.of_body(4.89, 290.0)
+RATE = 4.1e-4
+# Degrees above 6 are below the noise: what the learner cannot hold would bias the rate.
+TWO = ((1.0, (0.0, 0.0, 0.0)), (0.15, (0.3, 0.0, 0.0)), (-0.15, (-0.3, 0.0, 0.0)))
+ZONAL = ((0.8, (0.0, 0.0, 0.0)), (0.2, (0.0, 0.0, 0.4)))
+NOISE = 0.05
+
+
+def field(x, masses):
+    total = np.zeros_like(x)
+    for share, place in masses:
+        d = x - np.array(place)
+        total -= share * NORMALISED_GM * d / np.linalg.norm(d, axis=1)[:, None] ** 3
+    return total
+
+
+def orbit(masses, seed=1, noise=NOISE, tilt=0.0, inclination=0.9):
+    """An ellipse with an advancing node: places where the field is seen, no solution of it."""
+    u = np.linspace(0.0, 12 * np.pi, 150)
+    r = 1.7 / (1.0 + 0.25 * np.cos(u))
+    node = 0.1 * u
+    x = np.stack(
+        [
+            r * (np.cos(node) * np.cos(u) - np.sin(node) * np.sin(u) * np.cos(inclination)),
+            r * (np.sin(node) * np.cos(u) + np.cos(node) * np.sin(u) * np.cos(inclination)),
+            r * np.sin(u) * np.sin(inclination),
+        ],
+        axis=1,
+    )
+    times = u / (2 * np.pi) * UNITS.time * 2.2
+    turns = body_fixed_from_inertial(times, RATE)
+    a = turned(turns.mT, field(turned(turns, x), masses))
+    a = a + noise * np.random.default_rng(seed).normal(size=a.shape)
+    back = rotation_about_x(tilt)
+    x, a = x @ back, a @ back
+    zeros = np.zeros_like(x)
+    return Trajectory(times, x * UNITS.length, zeros + 1.0, a * UNITS.acceleration, source="made")
+
+
+def estimate(trajectory, bracket=(0.99 * RATE, 1.01 * RATE), noise=NOISE, **others):
+    level = NoiseLevel(acceleration=noise * UNITS.acceleration)
+    degree6 = HarmonicGP(degree=6, least_degree=6)
+    settings = {"rate_bracket": bracket, "gm": 4.89, "radius": 290.0, "noise": level}
+    return um.estimate_spin(trajectory, degree6, **settings | others)
+
+
+def test_the_rate_comes_back_within_its_sigma_and_the_field_is_as_good():
+    path = orbit(TWO)
+    found = estimate(path)
+    assert found.observable
+    # three sigma; sigma itself against the spread of other draws of the noise is checked below
+    assert abs(found.rate - RATE) < 3.0 * found.sigma
+    assert found.sigma < 1e-3 * RATE
+    assert "+-" in str(found)
+    errors = []
+    for rate in (RATE, found.rate):
+        turns = body_fixed_from_inertial(path.times, rate)
+        x, y = (turned(turns, v) for v in (path.positions, path.accelerations))
+        learner = HarmonicGP(degree=6).fit(x / UNITS.length, y / UNITS.acceleration)
+        other = orbit(TWO, noise=0.0, inclination=1.6)
+        turns = body_fixed_from_inertial(other.times, rate)
+        at, a = (turned(turns, v) for v in (other.positions, other.accelerations))
+        off = learner.predict(at / UNITS.length) - a / UNITS.acceleration
+        errors.append(np.median(np.linalg.norm(off, axis=1)))
+    assert errors[1] < 2.0 * errors[0]
+
+
+@pytest.mark.slow
+def test_sigma_is_the_spread_over_draws_of_the_noise():
+    found = [estimate(orbit(TWO, seed)) for seed in range(1, 9)]
+    scores = [(f.rate - RATE) / f.sigma for f in found]
+    # Sum of squares of eight: chi-squared, 99.9 % between these.
+    assert 0.7 < np.sum(np.square(scores)) < 27.0
+
+
+def test_a_field_about_the_axis_has_no_rate():
+    for noise in (0.0, NOISE):
+        found = estimate(orbit(ZONAL, noise=noise), noise=noise)
+        assert not found.observable
+        assert np.isnan(found.rate)
+        assert "not observable: " in str(found)
+    assert "zonal about the pole" in found.reason
+
+
+def test_the_pole_is_that_given():
+    plain = estimate(orbit(TWO), (0.99 * RATE, 1.01 * RATE))
+    tilt = 0.4
+    pole = rotation_about_x(tilt).T @ np.array([0.0, 0.0, 1.0])
+    tilted = estimate(orbit(TWO, tilt=tilt), (0.99 * RATE, 1.01 * RATE), pole=pole)
+    assert tilted.rate == pytest.approx(plain.rate, abs=0.1 * plain.sigma)
+
+
+def test_a_rate_outside_the_bracket_is_not_made_up():
+    found = estimate(orbit(TWO), (1.002 * RATE, 1.02 * RATE))
+    assert not found.observable
+    assert "the end of the bracket; widen it" in found.reason
+
+
+def test_bad_input_is_refused():
+    path = orbit(TWO)
+    with pytest.raises(ConfigError, match=r"\(lowest, highest\)"):
+        estimate(path, (RATE, RATE))
+    with pytest.raises(ConfigError, match="Narrow it to"):
+        estimate(path, (0.0, 1.0))
+    with pytest.raises(ConfigError, match="a direction"):
+        estimate(path, pole=(0.0, 0.0, 0.0))
+    bare = Trajectory(path.times, path.positions, path.velocities)
+    with pytest.raises(DataError, match="accelerations missing"):
+        estimate(bare)
