@@ -90,7 +90,7 @@ FIELDS = {
         ),
         Field(
             "two-mascons",
-            "Point mass and hidden masses +-0.1 GM at +-R/2",
+            "Point mass and hidden masses ±0.1 GM at ±R/2",
             "eros",
             {"kind": "hidden_masses"},
             {"kind": "family_oracle", "family": "hidden_masses"},

@@ -52,17 +52,19 @@ def error_against_noise(cells: pd.DataFrame, volume: str) -> Figure:
     styles = styles_of(cells)
     fields = [name for name in FIELDS if name in set(own["field"])]
     learners = [name for name in styles if name in set(own["learner"])]
-    limits = LogRange.around([own["extrapolation_median"]], floor=1e-9, ceiling=1e2)
+    limits = LogRange.around([own["extrapolation_median"]], floor=1e-9, ceiling=1e1)
     with figure_style():
         figure = new_figure(1.2 + 2.05 * len(fields))
-        grid = figure.subplots(len(fields), 2, sharex="col", sharey=True, squeeze=False)
+        shown = [axis for axis in _AXES if len(set(own[axis])) > 1] or list(_AXES)[:1]
+        size = len(fields), len(shown)
+        grid = figure.subplots(*size, sharex="col", sharey=True, squeeze=False)
         for name, pair in zip(fields, grid, strict=True):
-            for axis, axes in zip(_AXES, pair, strict=True):
+            for axis, axes in zip(shown, pair, strict=True):
                 other = "sigma_s" if axis == "sigma_a" else "sigma_a"
                 part = own[(own["field"] == name) & (own[other] == 0)]
                 _draw(axes, part, axis, learners, styles, limits)
             pair[0].set_title(FIELDS[name].title)
-        for axis, axes in zip(_AXES, grid[-1], strict=True):
+        for axis, axes in zip(shown, grid[-1], strict=True):
             axes.set_xlabel(_AXES[axis])
         figure.supylabel("median fractional error on another orbit", fontsize=8.5)
         figure.legend(

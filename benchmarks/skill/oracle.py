@@ -87,5 +87,5 @@ def sum_of(coefficients: Array, parts: list[Array]) -> Array:
 
 @cache
 def _shape() -> Dynamics:
-    """The whole field of the shape in normalised units, as a series."""
+    """Return the whole field of the shape in normalised units, as a series."""
     return Dynamics([PointMass(), Polyhedron(eros_mesh(), SHAPE_DEGREE)], {"GM": NORMALISED_GM})

@@ -26,7 +26,7 @@ body{font:14px/1.45 system-ui,sans-serif;color:#1F2933;max-width:76rem;margin:2r
 padding:0 1rem}
 table{border-collapse:collapse;margin:.6rem 0 1.4rem;font-size:12.5px}
 th,td{padding:.22rem .55rem;text-align:right;border-bottom:1px solid #D5DAE0;white-space:nowrap}
-th:first-child,td:first-child{text-align:left}th{vertical-align:bottom;font-weight:600}
+th:first-child,td:first-child{text-align:left}th{vertical-align:bottom;font-weight:600;white-space:normal;max-width:9em}
 td.good{background:#DDEFE3}td.bad{background:#F6DDD6}td.off{color:#7B8794;text-align:left;
 white-space:normal}
 tr.reference{color:#52606D;font-style:italic}small,.note{color:#52606D}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -42,7 +41,7 @@ class Volume:
     Parameters
     ----------
     most, least : int
-        Pairs of a cheap learner; fewest that make a cell.
+        Pairs of a cheap learner, and of a slow one.
     flown : int
         Pairs whose orbits are flown.
     """
@@ -80,7 +79,7 @@ FULL = Settings(
     {"low": Volume(20, 5, 3), "moderate": Volume(5, 3, 1)},
     NOISE,
     FLOWN_NOISE,
-    90.0,
+    150.0,
 )
 SMALL = Settings(
     ("bennu-zonal", "two-mascons"),
@@ -153,9 +152,9 @@ def _pairs(settings: Settings, volume: str, field: Field, row: Row, folder: Path
         why = "the cost of a fit is not in the cost table of the package"
         return NotRun(label, spec["kind"], volume, why)
     cells = len(settings.noise) * len(settings.fields)
-    count = min(size.most, math.floor(settings.allowance / (cost.seconds * cells)))
-    if count >= size.least:
-        return count
+    for count in (size.most, size.least):
+        if cost.seconds * cells * count <= settings.allowance:
+            return count
     whole = cost.seconds * cells * size.least
     why = (
         f"{duration(cost.seconds)} a fit: {cells} cells of {size.least} pairs would take "

@@ -89,7 +89,8 @@ class SkillRunner:
 
 def _measured(run: RunConfig, data: LearningData, result: LearnerResult) -> dict[str, Value]:
     learner, row = result.learner, dict[str, Value]()
-    assert learner is not None and result.use is not None  # it was scored
+    assert learner is not None  # it was scored
+    assert result.use is not None
     row["advice"] = result.use.advice
     reference = PointMassOnly()
     for s in data.sets:

@@ -136,8 +136,8 @@ class UseOfTable:
             f'"{DO_NOT_USE}" {"holds" if self.holds else "FAILS"}: of {self.runs} runs '
             f"{self.worse_runs} are worse than twice the bare point mass on other orbits, "
             f"{self.silent_runs} of them without saying so; of {self.cells} cells "
-            f"{self.worse_cells}, {self.silent_cells} of them without saying so ({self.split_cells} "
-            "say so by the median of the cell only)"
+            f"{self.worse_cells}, {self.silent_cells} of them without saying so "
+            f"({self.split_cells} say so by the median of the cell only)"
         )
 
 
