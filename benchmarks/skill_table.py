@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import argparse
 import time
+from dataclasses import replace
 from pathlib import Path
 
 from skill.page import write_page
@@ -21,10 +22,13 @@ from skill.plan import FULL, SMALL, make_runs
 from skill.runner import SkillRunner
 from skill.summary import check_use, summarize_cells
 
+from unmodeled.pipeline.sweep.grid import Plan
 from unmodeled.pipeline.sweep.store import Store
 from unmodeled.pipeline.sweep.sweep import Opened, sweep
 
 ROOT = Path(__file__).parents[1]
+#: Pairs of the first passes.
+_PASSES = (3, 5)
 
 
 def main() -> None:
@@ -48,12 +52,13 @@ def main() -> None:
             chosen, _ = make_runs(settings, files, tuple(arguments.only))
         before = len(store.finished())
         start = time.time()
-        sweep(
-            Opened(store, chosen, (files,)),
-            workers=arguments.workers,
-            run_batch=SkillRunner((files,)),
-            tell=_progress(start),
-        )
+        for part in passes(chosen):
+            sweep(
+                Opened(store, part, (files,)),
+                workers=arguments.workers,
+                run_batch=SkillRunner((files,)),
+                tell=_progress(start),
+            )
         done = len(store.finished()) - before
         print(f"\n{done} runs in {(time.time() - start) / 60:.1f} min wall")
     runs = Opened(store, plan, (files,)).table()
@@ -70,6 +75,16 @@ def main() -> None:
     for item in not_run:
         print(f"not run: {item.learner}, {item.volume} volume: {item.reason}")
     print(check_use(runs, cells).sentence())
+
+
+def passes(plan: Plan) -> list[Plan]:
+    """Return the runs of the first pairs, then of more: a table that is stopped is a whole one."""
+    first = min(run.config.seed for run in plan.runs)
+    counts = [k for k in _PASSES if first + k <= max(run.config.seed for run in plan.runs)]
+    parts = [
+        replace(plan, runs=tuple(r for r in plan.runs if r.config.seed < first + k)) for k in counts
+    ]
+    return [*parts, plan]
 
 
 def _progress(start: float):

@@ -112,7 +112,7 @@ def write_files(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     write_obj(eros_mesh(), folder / "eros-like.obj")
     found = mesh_harmonics(bennu_like(), TESSERAL_DEGREE, 1.0)
-    kept = {k: v for k, v in found.items() if not k.split("_")[1] == "1" and k != "C_0_0"}
+    kept = {k: v for k, v in found.items() if k.split("_")[1] != "1" and k != "C_0_0"}
     # GM and size of the card: normalised, the shape's farthest point is at 1.
     write_gravity_field(GravityField(4.89, 290.0, {"C_0_0": 1.0} | kept), folder / "bennu-like.gfc")
 
