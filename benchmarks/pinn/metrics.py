@@ -131,11 +131,11 @@ def fly_spinning(
 
     start = np.concatenate([position, velocity])
     scale = np.repeat([np.linalg.norm(position), np.linalg.norm(velocity)], 3)
-    solver = scipy.integrate.RK45(
-        rate, times[0], start, times[-1], rtol=tolerance, atol=tolerance * scale
-    )
     reached, node = [start[:3]], 1
     try:
+        solver = scipy.integrate.RK45(
+            rate, times[0], start, times[-1], rtol=tolerance, atol=tolerance * scale
+        )
         while solver.status == "running" and node < len(times):
             solver.step()
             inside = solver.dense_output()

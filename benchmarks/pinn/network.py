@@ -24,8 +24,8 @@ class PinnGM:
     other way round); GELU layers, the last one zero at the start; :math:`U_{nn} / r^2` beyond the
     radius (power 2 where a point mass is fused); :math:`U = g (U_{nn} + U_{pm}) + h U_{pm}`, h =
     (1 + tanh k (r - r_ref)) / 2, g = 1 - h, k and r_ref trained; loss the mean of
-    :math:`|\Delta a| + |\Delta a| / |a|`; Adam from 2^-8, halved on a plateau of the loss on what is
-    held out; the best state is kept, as a copy. Single precision, as published.
+    :math:`|\Delta a| + |\Delta a| / |a|`; Adam from 2^-8, halved on a plateau of the loss on a
+    tenth held out; the best state is kept, as a copy. Single precision, as published.
 
     C20 is not fused: for asteroids the published code takes the point mass alone.
 
@@ -105,7 +105,7 @@ class PinnGM:
                 optimizer.step()
                 self.steps_ += 1
             self.epochs_ += 1
-            value = float(_loss(model, x, a, False))
+            value = self.last_loss_ = float(_loss(model, x, a, False))
             scheduler.step(value)
             if value < best:
                 best, kept = value, copy.deepcopy(model.state_dict())

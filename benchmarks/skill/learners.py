@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import skill.oracle  # registers the oracle of families that the package has no learner for
+import skill.oracle
 import unmodeled.models.learned  # noqa: F401  registers the learners
 from skill.fields import Field
 from unmodeled.models.learned import learner_class, learner_names
@@ -16,7 +16,7 @@ ORACLE = "oracle that knows the family"
 #: Kinds that are no candidates; they are first in every table.
 REFERENCES = ("point_mass", "fitted_point_mass")
 #: The wrapper is chosen by the baseline; the oracles are one row, a kind for each field.
-_NOT_ROWS = {"residual", "zonal_oracle", skill.oracle.FamilyOracle.name, "pinn_gm"}
+_NOT_ROWS = {"residual", "zonal_oracle", skill.oracle.NAME}
 #: Settings that differ from the defaults: the fastest way to the same optimum, and for the
 #: network a third of the epochs in single precision (5e-3 instead of 4e-3 on its own orbit).
 _SETTINGS: dict[str, list[dict[str, Any]]] = {
@@ -57,6 +57,7 @@ def learner_rows(field: Field) -> list[Row]:
 
     Every registered learner joins by itself, on a point mass unless it contains the mass.
     """
+    skill.oracle.register()
     names = [n for n in learner_names() if n not in _NOT_ROWS]
     rows: list[Row] = []
     for name in [*REFERENCES, *(n for n in names if n not in REFERENCES)]:

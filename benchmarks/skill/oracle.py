@@ -12,9 +12,12 @@ from unmodeled.core.arrays import Array
 from unmodeled.core.errors import ConfigError
 from unmodeled.core.units import NORMALISED_GM
 from unmodeled.models.learned import Learner, NoiseLevel, PointMassOnly, Progress
+from unmodeled.models.learned.learner import _REGISTRY
 from unmodeled.models.physics import Dynamics, PointMass, Polyhedron
 
-__all__ = ["FAMILIES", "FamilyOracle"]
+__all__ = ["FAMILIES", "NAME", "FamilyOracle", "register"]
+
+NAME = "family_oracle"
 
 FAMILIES = ("hidden_masses", "polyhedron")
 _PLACES = (np.zeros(3), np.array([0.5, 0.0, 0.0]), np.array([-0.5, 0.0, 0.0]))
@@ -33,7 +36,6 @@ class FamilyOracle(Learner):
         the homogeneous shape).
     """
 
-    name: ClassVar[str] = "family_oracle"
     stands_alone: ClassVar[bool] = True
 
     coefficients_: Array
@@ -77,6 +79,12 @@ class FamilyOracle(Learner):
 
     def _restore(self, arrays: dict[str, Array]) -> None:
         self.coefficients_ = arrays["coefficients"]
+
+
+def register() -> None:
+    """Make configurations know the oracle; not on import, which would change every list."""
+    FamilyOracle.name = NAME
+    _REGISTRY[NAME] = FamilyOracle
 
 
 def sum_of(coefficients: Array, parts: list[Array]) -> Array:

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from skill.fields import FIELDS, region_points, true_acceleration
+from skill.oracle import register
 from skill.plan import FLIGHT_PERIODS
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import DataError, NumericalError, OrbitError
@@ -57,6 +58,7 @@ class SkillRunner:
 
     def __call__(self, runs: Sequence[RunConfig]) -> Iterator[RunResult]:
         """Yield the results of one stack after the other."""
+        register()  # a worker is another process
         pending: list[tuple[RunConfig, LearningData]] = []
         with one_thread():
             for run in runs:
