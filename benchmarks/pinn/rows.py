@@ -185,8 +185,8 @@ ROWS: tuple[Row, ...] = (
         for kind in _JOINING
         if kind in learner_names()
     ),
-    _network(8, 4, 8000),
-    _network(64, 8, 4000),
+    _network(8, 4, 6000),
+    _network(64, 8, 3000),
 )
 
 
