@@ -83,7 +83,7 @@ def test_the_oracle_recovers_its_masses(noise: NoiseLevel) -> None:
     X = np.random.default_rng(1).uniform(1.5, 3.0, (20, 3)) * [1, -1, 1]
     centre = PointMassOnly()
     y = centre._predict(X) + 0.1 * centre._predict(X - [0.5, 0.0, 0.0])
-    y -= 0.1 * centre._predict(X + [0.5, 0.0, 0.0])
+    y -= 0.1 * centre._predict(X - np.array([-0.5, 0.0, 0.0]))
     model = FamilyOracle("hidden_masses").fit(X, y, noise)
     np.testing.assert_allclose(model.coefficients_, [1.0, 0.1, -0.1], atol=1e-11)
     step = np.array([1e-6, 0.0, 0.0])
