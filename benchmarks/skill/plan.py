@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +16,7 @@ from unmodeled.pipeline.config import CharacterizationConfig
 from unmodeled.pipeline.sweep.cost_model import duration, expected_cost
 from unmodeled.pipeline.sweep.grid import Plan
 from unmodeled.pipeline.sweep.run_config import RunConfig
-from unmodeled.pipeline.sweep.run_id import canonical, cell_id, digest, run_id
+from unmodeled.pipeline.sweep.run_id import digest
 from unmodeled.pipeline.sweep.sweep_config import SweepConfig
 
 __all__ = ["FULL", "NOISE", "SMALL", "NotRun", "Settings", "make_runs"]
@@ -173,6 +174,12 @@ def _cells(
             yield _run(volume, field, row.spec, noise, _FIRST_SEED + k, folder, full=full)
 
 
+def _content(field: Field, folder: Path) -> str:
+    """Return a digest of the file of a field."""
+    name = field.data.get("file")
+    return hashlib.sha256((folder / name).read_bytes()).hexdigest() if name else ""
+
+
 def _run(
     volume: str,
     field: Field,
@@ -205,11 +212,14 @@ def _run(
             "flight": {"periods": list(FLIGHT_PERIODS), "orbits": 1},
         }
     )
-    identity = canonical(config, flights=full, folders=(folder,))
     made = config.learners[0]
+    params = {k: v for k, v in made.params.items() if k != "random_state"}
+    # Not the id of a sweep: a configuration that gets new keys would make every run a new one.
+    cell = [_FORMAT, field.name, field.data, field.ranges, _content(field, folder), volume]
+    cell += [FLIGHT_PERIODS, noise, made.kind, made.baseline, params, full]
     return RunConfig(
-        digest([_FORMAT, run_id(identity)]),
-        cell_id(identity),
+        digest([cell, seed]),
+        digest(cell),
         config,
         seed,
         {
