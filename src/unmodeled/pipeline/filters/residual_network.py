@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
@@ -34,6 +35,8 @@ class ResidualNetwork:
         the truth is another number.
     losses : ndarray
         Mean squared error of the scaled training labels, by epoch.
+    validation : ndarray (checks, 2)
+        Epochs and the error of the held-out labels there, percent: [Fereoli2024] Fig. 10.
     """
 
     weights: tuple[Array, ...]
@@ -45,6 +48,7 @@ class ResidualNetwork:
     training_percent: float = float("nan")
     validation_percent: float = float("nan")
     losses: Array = field(default_factory=lambda: np.empty(0), repr=False)
+    validation: Array = field(default_factory=lambda: np.empty((0, 2)), repr=False)
 
     @property
     def size(self) -> int:
@@ -73,6 +77,8 @@ def train_residual_network(
     learning_rate: float = 1e-3,
     training_share: float = 0.8,
     seed: int = 0,
+    checks: int = 0,
+    tell: Callable[[float], None] | None = None,
 ) -> ResidualNetwork:
     """Train on estimates of state and unmodelled acceleration.
 
@@ -95,6 +101,11 @@ def train_residual_network(
         Of the samples, drawn at random; the rest validates.
     seed : int
         Of the split and of the first weights.
+    checks : int
+        How often the held-out labels are looked at, at epochs that are equal in their logarithm;
+        the network does not learn from it.
+    tell : callable, optional
+        Told the share of the epochs that is done.
 
     Raises
     ------
@@ -120,6 +131,9 @@ def train_residual_network(
     parameters = [p for pair in layers for p in pair]
     optimizer = torch.optim.Adam(parameters, lr=learning_rate)
     losses = np.empty(epochs)
+    held_out = torch.from_numpy((X[validate] - x_mean) / x_scale)
+    at = _check_epochs(epochs, checks)
+    validation = []
     for epoch in range(epochs):
         h = inputs
         for weight, bias in layers[:-1]:
@@ -129,6 +143,16 @@ def train_residual_network(
         loss.backward()  # type: ignore[no-untyped-call]
         optimizer.step()
         losses[epoch] = loss.item()
+        if epoch + 1 in at:
+            with torch.no_grad():
+                h = held_out
+                for weight, bias in layers[:-1]:
+                    h = torch.relu(torch.nn.functional.linear(h, weight, bias))
+                said = torch.nn.functional.linear(h, *layers[-1]).numpy()
+            percent = relative_percent(y[validate], y_mean + y_scale * said)
+            validation.append((epoch + 1.0, percent))
+            if tell is not None:
+                tell((epoch + 1) / epochs)
     if not np.isfinite(losses[-1]):
         raise NumericalError("the loss of the network is not finite", do="lower learning_rate")
     weights = tuple(w.detach().numpy().copy() for w, _ in layers)
@@ -137,7 +161,19 @@ def train_residual_network(
     fitted, checked = (
         relative_percent(y[part], plain.evaluate(X[part], 0.0)[0]) for part in (train, validate)
     )
-    return replace(plain, training_percent=fitted, validation_percent=checked, losses=losses)
+    return replace(
+        plain,
+        training_percent=fitted,
+        validation_percent=checked,
+        losses=losses,
+        validation=np.array(validation).reshape(-1, 2),
+    )
+
+
+def _check_epochs(epochs: int, checks: int) -> frozenset[int]:
+    if checks < 1:
+        return frozenset()
+    return frozenset(np.unique(np.geomspace(1, epochs, checks).round().astype(int)).tolist())
 
 
 def _scaling(values: Array) -> tuple[Array, Array]:

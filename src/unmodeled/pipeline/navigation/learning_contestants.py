@@ -36,26 +36,36 @@ from unmodeled.pipeline.navigation.contestants import (
 )
 from unmodeled.pipeline.navigation.flight import Flight
 
-__all__ = ["TurningBasis", "TurningField", "fixed_field"]
+__all__ = ["Recorded", "TurningBasis", "TurningField", "features_of", "fixed_field"]
 
 _NAN = float("nan")
 
 
 @dataclass(frozen=True)
-class _Recorded:
-    """A learning filter that notes what its network says after each update."""
+class Recorded:
+    """A learning filter that notes what its network says after each update.
+
+    Parameters
+    ----------
+    inner : LearningFilter
+    said : list of ndarray (b, 3)
+        Filled by the run.
+    """
 
     inner: LearningFilter
     said: list[Array] = field(default_factory=list)
 
     def start(self, state: FilterState) -> FilterState:
+        """Forget what was said, and start the filter."""
         self.said.clear()
         return self.inner.start(state)
 
     def predict(self, state: FilterState, dt: float) -> Predicted:
+        """Carry a state over ``dt`` > 0 seconds."""
         return self.inner.predict(state, dt)
 
     def update(self, predicted: Predicted, z: Array, used: npt.ArrayLike | None = None) -> Updated:
+        """Use the measurements of one epoch, and note what the network says."""
         after = self.inner.update(predicted, z, used)
         self.said.append(self.inner.acceleration(after.state))
         return after
@@ -106,7 +116,7 @@ def _rbf(kind: str) -> Callable[[Flight, Array, Mapping[str, float]], Contestant
         inner = LearningFilter(
             RungeKutta(flight.base, flight.longest), flight.measurement, noise, rule=rule
         )
-        recorded = _Recorded(inner)
+        recorded = Recorded(inner)
         return Contestant(recorded, start, recorded.read)
 
     return make

@@ -26,6 +26,7 @@ FILTER_COLOURS = {
     "exact": "#111111",
     "rbf": "#E69F00",
     "rbf_adaptive": "#8A8A2B",
+    "observer": "#B5651D",
     "gradient": "#44AA99",
     "pinn": "#882255",
     "weights": "#D55E00",

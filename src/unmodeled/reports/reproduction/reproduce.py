@@ -28,7 +28,13 @@ from unmodeled.reports.figures.zonal_radius import zonal_radius
 from unmodeled.reports.reproduction.body_figures import answer_fig1, answer_fig4
 from unmodeled.reports.reproduction.compared import Drawing, Found, as_frame, as_table
 from unmodeled.reports.reproduction.filter_tables import answer_filters
+from unmodeled.reports.reproduction.marchese_tables import (
+    answer_fits,
+    answer_integration,
+    answer_learning,
+)
 from unmodeled.reports.reproduction.noise_figures import answer_fig12, answer_fig13
+from unmodeled.reports.reproduction.off_nominal_table import answer_off_nominal
 from unmodeled.reports.reproduction.published import PublishedFigure, published_figure
 from unmodeled.reports.reproduction.volume_figures import answer_fig10, answer_fig11, pair_of
 from unmodeled.reports.sections import Drawn, Section
@@ -40,6 +46,14 @@ __all__ = ["Reproduction", "reproduce"]
 _BODY = "bennu"
 _SEED = 1
 _SCREENED = {False: 10_000, True: 1_000}
+#: Tables that are more than filters side by side on a scenario.
+_OWN: dict[str, Callable[[PublishedFigure, bool, Callable[[int, int], None] | None], Drawing]] = {
+    "pesce-table4": answer_off_nominal,
+    "marchese-table3.3": answer_integration,
+    "marchese-table3.5": answer_fits,
+    "marchese-table3.6": answer_fits,
+    "marchese-table3.7": answer_learning,
+}
 
 
 @dataclass(frozen=True)
@@ -95,7 +109,8 @@ def reproduce(
     ----------
     name : str
         ``"neamati-fig1"``, ``-fig4``, ``-fig10``, ``-fig11``, ``-fig12``, ``-fig13``;
-        ``"pesce-table2"``, ``-table3``, ``"marchese-table5.1"``, ``"fereoli-fig8"``.
+        ``"pesce-table2"``, ``-table3``, ``-table4``; ``"marchese-table3.3"``, ``-table3.5``,
+        ``-table3.6``, ``-table3.7``, ``-table5.1``; ``"fereoli-fig8"``, ``-fig10``.
     small : bool
         A smaller grid (or fewer initial conditions): tried in minutes, other numbers.
     store : path, optional
@@ -116,10 +131,10 @@ def reproduce(
     figure = published_figure(name)
     suffix = "-small" if small else ""
     folder = Path(out) if out is not None else Path("runs") / "reproduce" / f"{name}{suffix}"
-    if figure.scenario:
+    if figure.scenario or name in _OWN:
         if store is not None:
             raise ConfigError(f"{name} needs no sweep", do="leave --store out")
-        drawing = answer_filters(figure, small, tell)
+        drawing = _OWN.get(name, answer_filters)(figure, small, tell)
     elif not figure.sweep:
         if store is not None:
             raise ConfigError(f"{name} needs no runs", do="leave --store out")
