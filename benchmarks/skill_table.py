@@ -44,24 +44,23 @@ def main() -> None:
     settings, name = (SMALL, "skill-small") if arguments.small else (FULL, "skill")
     store = Store(arguments.runs / name)
     store.create()
-    files = arguments.runs / "skill-files"
-    plan, not_run = make_runs(settings, files)
+    plan, not_run = make_runs(settings)
     if not arguments.draw:
         chosen = plan
         if arguments.only:
-            chosen, _ = make_runs(settings, files, tuple(arguments.only))
+            chosen, _ = make_runs(settings, tuple(arguments.only))
         before = len(store.finished())
         start = time.time()
         for part in passes(chosen):
             sweep(
-                Opened(store, part, (files,)),
+                Opened(store, part, ()),
                 workers=arguments.workers,
-                run_batch=SkillRunner((files,)),
+                run_batch=SkillRunner(),
                 tell=_progress(start),
             )
         done = len(store.finished()) - before
         print(f"\n{done} runs in {(time.time() - start) / 60:.1f} min wall")
-    runs = Opened(store, plan, (files,)).table()
+    runs = Opened(store, plan, ()).table()
     cells = summarize_cells(runs)
     arguments.out.mkdir(parents=True, exist_ok=True)
     runs.to_parquet(arguments.out / f"{name}.parquet", index=False, compression="zstd")

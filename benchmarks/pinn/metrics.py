@@ -10,7 +10,7 @@ import numpy as np
 import scipy.integrate
 
 from unmodeled.core.arrays import Array
-from unmodeled.core.errors import DataError
+from unmodeled.core.errors import DataError, UnmodeledError
 from unmodeled.core.frames import rotation_about_z
 from unmodeled.pipeline.field_metrics import cumulative_position_error
 from unmodeled.pipeline.metrics import fractional_error
@@ -142,7 +142,7 @@ def fly_spinning(
             while node < len(times) and times[node] <= solver.t:
                 reached.append(inside(times[node])[:3])
                 node += 1
-    except DataError:
+    except UnmodeledError:  # not finite, too long, or where a learner refuses to predict
         pass
     return np.array(reached)
 

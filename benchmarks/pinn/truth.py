@@ -8,13 +8,13 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from skill.shapes import eros_like
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import DataError
 from unmodeled.core.seeds import Streams
 from unmodeled.datasets.shape_file import read_shape
 from unmodeled.models.physics import Dynamics, PointMass, Polyhedron
+from unmodeled.models.physics.built_in_shapes import built_in_shape
 from unmodeled.models.physics.mesh import Mesh
 from unmodeled.models.physics.polyhedron_sums import polyhedron_gravity
 from unmodeled.pipeline.field_metrics import plane_points, shell_points
@@ -42,7 +42,7 @@ def eros_mesh() -> tuple[Mesh, str]:
     if folder and path.exists():
         mesh, source = read_shape(path, 1.0), "Eros (NEAR shape, decimated)"
     else:
-        mesh, source = eros_like(), "eros-like spindle"
+        mesh, source = built_in_shape("eros_like"), "eros_like (built-in shape)"
     size = (VOLUME / mesh.volume) ** (1 / 3)
     return Mesh((mesh.vertices - mesh.centroid) * size, mesh.faces, "eros"), source
 

@@ -6,20 +6,17 @@ import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from skill.shapes import bennu_like, eros_like, write_obj
 from unmodeled.core.arrays import Array
 from unmodeled.core.seeds import Streams
 from unmodeled.core.units import NORMALISED_GM
 from unmodeled.datasets.learning_data import LearningData
-from unmodeled.models.physics.gravity_file import GravityField, write_gravity_field
+from unmodeled.models.physics.built_in_shapes import built_in_shape
 from unmodeled.models.physics.mesh import Mesh
 from unmodeled.models.physics.polyhedron_sums import polyhedron_gravity
-from unmodeled.models.physics.shape_harmonics import mesh_harmonics
 
 __all__ = [
     "FIELDS",
@@ -28,7 +25,6 @@ __all__ = [
     "region_points",
     "shape_gravity",
     "true_acceleration",
-    "write_files",
 ]
 
 #: Degree of the tesseral truth, within reach of the learners, and of the series of the shape, which
@@ -75,16 +71,16 @@ FIELDS = {
         Field("bennu-zonal", "Bennu, J2 to J5", "bennu", {}, {"kind": "zonal_oracle"}),
         Field(
             "bennu-tesseral",
-            f"Bennu-like shape, harmonics to degree {TESSERAL_DEGREE}",
+            f"Bennu with tesserals of a Bennu-like shape, to degree {TESSERAL_DEGREE}",
             "bennu",
-            {"kind": "tesseral", "file": "bennu-like.gfc"},
+            {"kind": "tesseral", "shape": "bennu_like", "degree": TESSERAL_DEGREE},
             {"kind": "harmonic_least_squares", "degree": TESSERAL_DEGREE, "ridge": 0.0},
         ),
         Field(
             "eros-polyhedron",
             "Eros-like homogeneous polyhedron",
             "eros",
-            {"kind": "polyhedron", "file": "eros-like.obj", "degree": SHAPE_DEGREE},
+            {"kind": "polyhedron", "shape": "eros_like", "degree": SHAPE_DEGREE},
             {"kind": "family_oracle", "family": "polyhedron"},
             _SAFE,
         ),
@@ -107,20 +103,10 @@ REGIONS = {
 }
 
 
-def write_files(folder: Path) -> None:
-    """Write the mesh and the coefficients that the configurations name."""
-    folder.mkdir(parents=True, exist_ok=True)
-    write_obj(eros_mesh(), folder / "eros-like.obj")
-    found = mesh_harmonics(bennu_like(), TESSERAL_DEGREE, 1.0)
-    kept = {k: v for k, v in found.items() if k.split("_")[1] != "1" and k != "C_0_0"}
-    # GM and size of the card: normalised, the shape's farthest point is at 1.
-    write_gravity_field(GravityField(4.89, 290.0, {"C_0_0": 1.0} | kept), folder / "bennu-like.gfc")
-
-
 @cache
 def eros_mesh() -> Mesh:
-    """Return the shape whose farthest point is at 1 from its centroid."""
-    return eros_like()
+    """Return the shape, normalised: its farthest point is at 1 from its centroid."""
+    return built_in_shape("eros_like")
 
 
 def true_acceleration(field: Field, data: LearningData) -> Callable[[Array], Array]:

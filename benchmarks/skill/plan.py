@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
-from skill.fields import FIELDS, Field, write_files
+from skill.fields import FIELDS, Field
 from skill.learners import Row, learner_rows
 from unmodeled.core.seeds import Streams
 from unmodeled.models.learned import learner_class
@@ -101,9 +99,7 @@ class NotRun:
     reason: str
 
 
-def make_runs(
-    settings: Settings, folder: Path, only: tuple[str, ...] = ()
-) -> tuple[Plan, list[NotRun]]:
+def make_runs(settings: Settings, only: tuple[str, ...] = ()) -> tuple[Plan, list[NotRun]]:
     """Return the runs, cheapest volume first, and what is not run.
 
     How many pairs a learner gets depends on the built-in cost table only, so that the same
@@ -113,12 +109,9 @@ def make_runs(
     ----------
     settings : Settings
         `FULL` or `SMALL`.
-    folder : Path
-        Where the files of the fields are written.
     only : tuple of str
         Kinds of learners; all if empty. Point mass and oracle always run.
     """
-    write_files(folder)
     runs: dict[str, RunConfig] = {}
     left_out: dict[tuple[str, str], NotRun] = {}
     for volume in settings.volumes:
@@ -127,24 +120,24 @@ def make_runs(
             for row in learner_rows(field):
                 if only and not row.always and row.spec["kind"] not in only:
                     continue
-                made = _pairs(settings, volume, field, row, folder)
+                made = _pairs(settings, volume, field, row)
                 if isinstance(made, NotRun):
                     left_out.setdefault((made.learner, volume), made)
                     continue
-                for run in _cells(settings, volume, field, row, folder, made):
+                for run in _cells(settings, volume, field, row, made):
                     runs.setdefault(run.id, run)
     plan = Plan(SweepConfig(name="skill"), tuple(runs.values()), {}, 0)
     return plan, list(left_out.values())
 
 
-def _pairs(settings: Settings, volume: str, field: Field, row: Row, folder: Path) -> int | NotRun:
+def _pairs(settings: Settings, volume: str, field: Field, row: Row) -> int | NotRun:
     """Return the number of pairs that the allowance pays for."""
     size, spec = settings.volumes[volume], row.spec
     if row.always:
         return size.most  # least squares of a few numbers, whatever its kind
     if row.heavy:
         return size.least
-    one = _run(volume, field, spec, (0.0, 0.0), _FIRST_SEED, folder, full=False)
+    one = _run(volume, field, spec, (0.0, 0.0), _FIRST_SEED, full=False)
     cost = expected_cost(Plan(SweepConfig(name="one"), (one,), {}, 0), {})
     label = one.config.learners[0].label
     if cost.unknown:
@@ -165,19 +158,13 @@ def _pairs(settings: Settings, volume: str, field: Field, row: Row, folder: Path
 
 
 def _cells(
-    settings: Settings, volume: str, field: Field, row: Row, folder: Path, count: int
+    settings: Settings, volume: str, field: Field, row: Row, count: int
 ) -> Iterator[RunConfig]:
     flown = 0 if row.heavy else settings.volumes[volume].flown
     for noise in settings.noise:
         for k in range(count):
             full = k < flown and noise in settings.flown_noise
-            yield _run(volume, field, row.spec, noise, _FIRST_SEED + k, folder, full=full)
-
-
-def _content(field: Field, folder: Path) -> str:
-    """Return a digest of the file of a field."""
-    name = field.data.get("file")
-    return hashlib.sha256((folder / name).read_bytes()).hexdigest() if name else ""
+            yield _run(volume, field, row.spec, noise, _FIRST_SEED + k, full=full)
 
 
 def _run(
@@ -186,7 +173,6 @@ def _run(
     spec: dict[str, Any],
     noise: tuple[float, float],
     seed: int,
-    folder: Path,
     *,
     full: bool,
 ) -> RunConfig:
@@ -215,7 +201,7 @@ def _run(
     made = config.learners[0]
     params = {k: v for k, v in made.params.items() if k != "random_state"}
     # Not the id of a sweep: a configuration that gets new keys would make every run a new one.
-    cell = [_FORMAT, field.name, field.data, field.ranges, _content(field, folder), volume]
+    cell = [_FORMAT, field.name, field.data, field.ranges, volume]
     cell += [FLIGHT_PERIODS, noise, made.kind, made.baseline, params, full]
     return RunConfig(
         digest([cell, seed]),

@@ -6,7 +6,6 @@ import time
 from collections import OrderedDict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from skill.fields import FIELDS, region_points, true_acceleration
 from skill.oracle import register
 from skill.plan import FLIGHT_PERIODS
 from unmodeled.core.arrays import Array
-from unmodeled.core.errors import DataError, NumericalError, OrbitError
+from unmodeled.core.errors import DataError, NumericalError, OrbitError, UnmodeledError
 from unmodeled.core.threads import one_thread
 from unmodeled.datasets.learning_data import LearningData
 from unmodeled.models.learned import Learner, PointMassOnly, stack_members
@@ -47,14 +46,7 @@ class SkillRunner:
     of the use check; where orbits are flown ``flight_1`` and ``flight_10``, largest position error
     (m) of the other orbit up to so many periods (infinite: it ended before) with
     ``flight_radius``, the body's (m), ``training_advice`` and ``training_ratio``.
-
-    Parameters
-    ----------
-    folders : tuple of Path
-        Where the files of the fields are.
     """
-
-    folders: tuple[Path, ...] = ()
 
     def __call__(self, runs: Sequence[RunConfig]) -> Iterator[RunResult]:
         """Yield the results of one stack after the other."""
@@ -63,7 +55,7 @@ class SkillRunner:
         with one_thread():
             for run in runs:
                 try:
-                    data = learning_data(run.config, self.folders)
+                    data = learning_data(run.config)
                 except _FAILURES as error:
                     yield RunResult(run.id, {"failure": NO_DATA + str(error)})
                     continue
@@ -114,14 +106,14 @@ def _measured(run: RunConfig, data: LearningData, result: LearnerResult) -> dict
 def _region(name: str, learner: Learner, points: Array, truth: Array) -> dict[str, Value]:
     try:
         predicted = learner.predict(points)
-    except NumericalError as error:
+    except UnmodeledError as error:  # some refuse points where their series does not hold
         return {f"{name}_median": np.inf, f"{name}_mean": np.inf, f"{name}_failure": str(error)}
     summary = summarize(fractional_error(truth, predicted))
     row: dict[str, Value] = {f"{name}_median": summary.median, f"{name}_mean": summary.mean}
     if learner.has_covariance:
         try:
             found = calibrate(truth, predicted, learner.predict_covariance(points))
-        except DataError as error:
+        except UnmodeledError as error:
             return row | {f"{name}_failure": str(error)}
         row |= {f"{name}_coverage_68": found.coverage_68, f"{name}_coverage_95": found.coverage_95}
     return row
@@ -131,7 +123,11 @@ def _flown(learner: Learner, data: LearningData) -> dict[str, Value]:
     """Fly the other orbit from its true initial state."""
     orbit, period = data.orbits[1], data.periods[1]
     longest = FLIGHT_PERIODS[-1] * period
-    flight = fly(learner.predict, orbit, data.units, period, longest, data.learned_spin_rate)
+    try:
+        flight = fly(learner.predict, orbit, data.units, period, longest, data.learned_spin_rate)
+    except UnmodeledError as error:  # it came where the learner refuses to predict
+        lost: dict[str, Value] = {f"flight_{k:g}": np.inf for k in FLIGHT_PERIODS}
+        return lost | {"flight_status": str(error), "flight_radius": data.units.length}
     row: dict[str, Value] = {
         f"flight_{k:g}": flight.largest_error(min(k * period, orbit.times[-1] - orbit.times[0]))
         for k in FLIGHT_PERIODS

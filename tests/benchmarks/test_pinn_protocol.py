@@ -24,7 +24,7 @@ def truth() -> Truth:
     with pytest.MonkeyPatch.context() as patch:
         patch.delenv("UNMODELED_DATA", raising=False)
         mesh, source = eros_mesh()
-    assert source == "eros-like spindle"
+    assert source == "eros_like (built-in shape)"
     return Truth(mesh)
 
 

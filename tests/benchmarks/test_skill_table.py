@@ -7,18 +7,16 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from skill.fields import FIELDS, eros_mesh, region_points, shape_gravity, write_files
+from skill.fields import FIELDS, eros_mesh, region_points, shape_gravity
 from skill.learners import ORACLE, learner_rows
 from skill.oracle import FamilyOracle, register
 from skill.page import write_page
 from skill.plan import FULL, NOISE, SMALL, NotRun, make_runs
 from skill.runner import NO_DATA, SkillRunner
-from skill.shapes import bennu_like, eros_like, write_obj
 from skill.summary import check_use, summarize_cells
 
 from unmodeled.core.errors import ConfigError
 from unmodeled.core.units import NORMALISED_GM
-from unmodeled.datasets.shape_file import read_shape
 from unmodeled.models.learned import NoiseLevel, PointMassOnly, learner_names
 from unmodeled.models.physics.polyhedron_sums import polyhedron_gravity
 from unmodeled.pipeline.sweep.run_config import RunConfig, RunResult
@@ -30,24 +28,7 @@ from unmodeled.pipeline.use_check import DO_NOT_USE
 ONE = replace(SMALL, fields=("bennu-zonal",), flown_noise=())
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    made = tmp_path_factory.mktemp("skill-files")
-    write_files(made)
-    return made
-
-
-# Shapes and fields
-
-
-@pytest.mark.parametrize("make", [eros_like, bennu_like])
-def test_shapes_are_closed_centred_and_of_size_one(make, tmp_path: Path) -> None:
-    mesh = make()
-    assert len(mesh.faces) == 1280
-    assert np.abs(mesh.centroid).max() < 1e-12
-    assert mesh.brillouin_radius == pytest.approx(1.0)
-    write_obj(mesh, tmp_path / "shape.obj")
-    assert read_shape(tmp_path / "shape.obj", 1.0) == mesh
+# Fields
 
 
 def test_the_truth_near_the_shape_is_the_closed_form() -> None:
@@ -62,9 +43,9 @@ def test_the_truth_near_the_shape_is_the_closed_form() -> None:
     assert np.all(found[2] == 7.0)
 
 
-def test_regions_lie_where_they_say(folder: Path) -> None:
-    run = runs_of(folder, "point_mass")[0]
-    data = learning_data(run.config, (folder,))
+def test_regions_lie_where_they_say() -> None:
+    run = runs_of("point_mass")[0]
+    data = learning_data(run.config)
     regions = region_points(FIELDS["bennu-zonal"], data)
     radii = {k: np.linalg.norm(x, axis=1) for k, x in regions.items()}
     lowest = np.linalg.norm(data.train.positions, axis=1).min()
@@ -106,8 +87,8 @@ def test_the_registry_knows_the_oracle_only_when_asked() -> None:
 # Plan
 
 
-def runs_of(folder: Path, *kinds: str) -> list[RunConfig]:
-    plan, _ = make_runs(ONE, folder, kinds)
+def runs_of(*kinds: str) -> list[RunConfig]:
+    plan, _ = make_runs(ONE, kinds)
     return [r for r in plan.runs if r.axes["kind"] in kinds]
 
 
@@ -120,9 +101,9 @@ def test_every_registered_learner_has_a_row() -> None:
         assert sum(row.spec.get("label") == ORACLE for row in rows) == 1
 
 
-def test_what_is_not_run_has_a_reason(folder: Path) -> None:
+def test_what_is_not_run_has_a_reason() -> None:
     size = replace(FULL, fields=("bennu-zonal",), noise=NOISE[:1], allowance=1.0)
-    plan, left_out = make_runs(size, folder)
+    plan, left_out = make_runs(size)
     seen = {(r.axes["learner"], r.axes["volume"]) for r in plan.runs}
     missing = {(n.learner, n.volume) for n in left_out}
     assert not seen & missing
@@ -132,13 +113,13 @@ def test_what_is_not_run_has_a_reason(folder: Path) -> None:
     assert reason == "29 s a fit: 1 cells of 3 pairs would take 87 s, more than 1 s"
 
 
-def test_ids_are_stable_and_differ(folder: Path) -> None:
-    plan, _ = make_runs(SMALL, folder)
-    again, _ = make_runs(SMALL, folder)
+def test_ids_are_stable_and_differ() -> None:
+    plan, _ = make_runs(SMALL)
+    again, _ = make_runs(SMALL)
     ids = [run.id for run in plan.runs]
     assert ids == [run.id for run in again.runs]
     assert len(set(ids)) == len(ids)
-    part, _ = make_runs(SMALL, folder, ("elm",))
+    part, _ = make_runs(SMALL, ("elm",))
     assert {r.axes["kind"] for r in part.runs} >= {"elm", "point_mass"}
     assert {run.id for run in part.runs} < set(ids)
 
@@ -146,11 +127,11 @@ def test_ids_are_stable_and_differ(folder: Path) -> None:
 # Runner
 
 
-def test_a_row_has_every_measure(folder: Path) -> None:
+def test_a_row_has_every_measure() -> None:
     flown = replace(SMALL, fields=("bennu-zonal",), noise=((0.0, 0.1),))
-    plan, _ = make_runs(flown, folder, ("harmonic_least_squares",))
+    plan, _ = make_runs(flown, ("harmonic_least_squares",))
     batch = [r for r in plan.runs if r.axes["kind"] == "harmonic_least_squares"]
-    (row,) = (q.values for q in SkillRunner((folder,))(batch[:1]))
+    (row,) = (q.values for q in SkillRunner()(batch[:1]))
     for name in ("interpolation", "extrapolation", "below", "far", "surface"):
         assert 0 < row[f"{name}_median"] < 1  # type: ignore[operator]
         assert 0 < row[f"{name}_point_mass"] < 1  # type: ignore[operator]
@@ -161,8 +142,8 @@ def test_a_row_has_every_measure(folder: Path) -> None:
     )
 
 
-def test_a_point_mass_is_its_own_reference(folder: Path) -> None:
-    (row,) = (q.values for q in SkillRunner((folder,))(runs_of(folder, "point_mass")[:1]))
+def test_a_point_mass_is_its_own_reference() -> None:
+    (row,) = (q.values for q in SkillRunner()(runs_of("point_mass")[:1]))
     for name in ("interpolation", "extrapolation", "below", "far", "surface"):
         assert row[f"{name}_median"] == pytest.approx(row[f"{name}_point_mass"])
 
@@ -186,18 +167,18 @@ class Counting(SkillRunner):
             yield result
 
 
-def test_interrupted_nothing_is_lost_and_nothing_done_twice(folder: Path, tmp_path: Path) -> None:
-    plan, _ = make_runs(replace(ONE, noise=((0.0, 0.0),)), folder, ("fitted_point_mass",))
+def test_interrupted_nothing_is_lost_and_nothing_done_twice(tmp_path: Path) -> None:
+    plan, _ = make_runs(replace(ONE, noise=((0.0, 0.0),)), ("fitted_point_mass",))
     plan = replace(plan, runs=tuple(r for r in plan.runs if r.axes["learner"] != ORACLE))
     store = Store(tmp_path / "store")
     store.create()
-    opened = Opened(store, plan, (folder,))
+    opened = Opened(store, plan, ())
     with pytest.raises(KeyboardInterrupt):
-        sweep(opened, run_batch=Interrupted((folder,)))
+        sweep(opened, run_batch=Interrupted())
     kept = set(store.finished())
     assert len(kept) == 2
     Counting.done.clear()
-    table = sweep(opened, run_batch=Counting((folder,)))
+    table = sweep(opened, run_batch=Counting())
     assert set(Counting.done) == {r.id for r in plan.runs} - kept
     assert len(Counting.done) == len(plan.runs) - 2
     assert len(table) == len(plan.runs)
