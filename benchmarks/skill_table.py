@@ -14,11 +14,13 @@ from __future__ import annotations
 
 import argparse
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import pandas as pd
 from skill.page import write_page
-from skill.plan import FULL, SMALL, make_runs
+from skill.plan import FULL, SMALL, NotRun, make_runs
 from skill.runner import SkillRunner
 from skill.summary import check_use, summarize_cells
 
@@ -64,7 +66,8 @@ def main() -> None:
     cells = summarize_cells(runs)
     arguments.out.mkdir(parents=True, exist_ok=True)
     runs.to_parquet(arguments.out / f"{name}.parquet", index=False, compression="zstd")
-    cells.to_csv(arguments.out / f"{name}.csv", index=False, float_format="%.4g")
+    table = pd.concat([cells, not_run_rows(not_run)], ignore_index=True)
+    table.to_csv(arguments.out / f"{name}.csv", index=False, float_format="%.4g")
     page = arguments.out / f"{name}.html"
     write_page(runs, cells, not_run, settings, page)
     print(
@@ -84,6 +87,17 @@ def passes(plan: Plan) -> list[Plan]:
         replace(plan, runs=tuple(r for r in plan.runs if r.config.seed < first + k)) for k in counts
     ]
     return [*parts, plan]
+
+
+def not_run_rows(not_run: Sequence[NotRun]) -> pd.DataFrame:
+    """Return a row for each learner that is not run on a volume; its verdict says why."""
+    return pd.DataFrame(
+        [
+            {"volume": n.volume, "learner": n.learner, "kind": n.kind, "pairs": 0}
+            | {"verdict": f"not run: {n.reason}"}
+            for n in not_run
+        ]
+    )
 
 
 def _progress(start: float):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import math
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
@@ -202,7 +203,8 @@ def _error(cell: pd.Series, name: str, *, verdict: bool = False) -> str:
 
 
 def _pair(cell: pd.Series, name: str) -> str:
-    return f"{number(float(cell[f'{name}_median']))} / {number(float(cell[f'{name}_mean']))}"
+    median, mean = float(cell[f"{name}_median"]), float(cell[f"{name}_mean"])
+    return "–" if math.isnan(median) else f"{number(median)} / {number(mean)}"
 
 
 def _name(name: str, cells: pd.DataFrame) -> str:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+import skill_table
 from skill.fields import FIELDS, eros_mesh, region_points, shape_gravity
 from skill.learners import ORACLE, learner_rows
 from skill.oracle import FamilyOracle, register
@@ -254,6 +255,18 @@ def test_the_check_finds_a_verdict_that_was_left_out() -> None:
 
 
 # Page
+
+
+def test_the_first_pairs_come_first_and_what_is_not_run_is_in_the_table() -> None:
+    plan, _ = make_runs(replace(FULL, fields=("two-mascons",), noise=NOISE[:1]), ("point_mass",))
+    parts = skill_table.passes(plan)
+    seeds = [{r.config.seed for r in part.runs} for part in parts]
+    assert seeds == [set(range(101, 101 + k)) for k in (3, 5, 20)]
+    assert parts[-1] is plan
+    small, _ = make_runs(ONE, ("point_mass",))
+    assert skill_table.passes(small) == [small]
+    rows = skill_table.not_run_rows([NotRun("sparse gp", "sparse_gp", "low", "10 s a fit")])
+    assert rows.loc[0, "verdict"] == "not run: 10 s a fit"
 
 
 def test_the_page_shows_what_was_run_and_what_was_not(tmp_path: Path) -> None:
