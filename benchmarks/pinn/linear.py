@@ -23,8 +23,6 @@ _RIDGES = np.logspace(-24, 2, 105)
 class LinearField:
     """Weighted least squares, in chunks: memory does not grow with the samples.
 
-    Each sample counts by the inverse of its acceleration's length, as the protocol's metric does.
-
     Parameters
     ----------
     design : callable
@@ -38,9 +36,8 @@ class LinearField:
     regularised: bool = False
     coefficients: Array = field(default_factory=lambda: np.empty(0), init=False)
 
-    def fit(self, X: Array, y: Array) -> LinearField:
-        """Fit positions (n, 3) and accelerations (n, 3)."""
-        weight = 1.0 / np.linalg.norm(y, axis=1)
+    def fit(self, X: Array, y: Array, weight: Array) -> LinearField:
+        """Fit positions (n, 3) and accelerations (n, 3) with weights (n,) of their errors."""
         triangle: Array | None = None
         for k in range(0, len(X), _CHUNK):
             part = slice(k, k + _CHUNK)

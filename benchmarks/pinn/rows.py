@@ -61,9 +61,19 @@ class Samples:
     truth: Truth
 
     @property
+    def size(self) -> Array:
+        """Length of the acceleration of the point mass at each sample (n,): what errors count by.
+
+        Not of the observed one: noise that makes it shorter would count more, and bias the mass by
+        two thirds of the variance, 0.7 % at 10 % noise.
+        """
+        found: Array = NORMALISED_GM / np.sum(self.x**2, axis=1)
+        return found
+
+    @property
     def level(self) -> NoiseLevel:
         """Noise of each component of each sample."""
-        size = max(self.noise, _LEAST) * np.linalg.norm(self.a, axis=1) / np.sqrt(3.0)
+        size = max(self.noise, _LEAST) * self.size / np.sqrt(3.0)
         return NoiseLevel(samples=np.repeat(size[:, None], 3, axis=1))
 
     def beyond(self, radius: float) -> Samples:
@@ -104,22 +114,26 @@ def _point_mass(samples: Samples) -> tuple[Fitted, int]:
 
 def _harmonics(degree: int) -> Row:
     def fit(samples: Samples) -> tuple[Fitted, int]:
-        field = LinearField(harmonic_design(degree)).fit(samples.x, samples.a)
+        field = LinearField(harmonic_design(degree))
+        field.fit(samples.x, samples.a, 1.0 / samples.size)
         return field, field.parameters
 
-    return Row(f"spherical harmonics to degree {degree}, least squares", fit, "relative weights")
+    return Row(
+        f"spherical harmonics to degree {degree}, least squares", fit, "weights by the point mass"
+    )
 
 
 def _mascons(count: int) -> Row:
     def fit(samples: Samples) -> tuple[Fitted, int]:
         places = inside_points(samples.truth, count) / RADIUS
-        field = LinearField(mascon_design(places), regularised=True).fit(samples.x, samples.a)
+        field = LinearField(mascon_design(places), regularised=True)
+        field.fit(samples.x, samples.a, 1.0 / samples.size)
         return field, field.parameters
 
     return Row(
         f"{count} mascons inside the shape",
         fit,
-        "relative weights; drawn uniformly; ridge by cross-validation",
+        "weights by the point mass; drawn uniformly; ridge by cross-validation",
     )
 
 
@@ -149,7 +163,7 @@ def _package(name: str, kind: str, *, beyond: bool = False, most: int = 0, **par
         brillouin = samples.truth.mesh.brillouin_radius / RADIUS
         return _learner(make, samples.beyond(brillouin) if beyond else samples)
 
-    settings = f"{kind} {sorted(params.items())} beyond {beyond}"
+    settings = f"{kind} {sorted(params.items())} beyond {beyond}; weights by the point mass"
     return Row(name, fit, settings, most)
 
 
