@@ -40,6 +40,7 @@ bench: $(DEV_STAMP)
 	$(BIN)/python benchmarks/collision_screening.py
 	$(BIN)/python benchmarks/robustness_pairs.py
 	$(BIN)/python benchmarks/diagnosis_speed.py
+	$(BIN)/python benchmarks/skill_table.py --small
 	$(BIN)/python benchmarks/hidden_effects/suite.py --workers 2
 	$(BIN)/python benchmarks/hidden_effects/summary.py
 

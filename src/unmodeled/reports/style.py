@@ -57,11 +57,11 @@ _KINDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "sparse_gp": ("#117733", "<"),
         "elm": ("#661100", ">"),
         "mlp": ("#999933", "d"),
-        "mascon_gp": ("#882255", "p"),
+        "mascon_gp": ("#AA4499", "8"),
     }
 )
 # For kinds that this table does not know yet: by the name, so that it is the same on every page.
-_SPARE = ("#44AA99", "#AA4499", "#6B4C9A", "#7A5230")
+_SPARE = ("#44AA99", "#6B4C9A", "#7A5230")
 _REPEAT_MARKERS = ("<", ">", "d", "8")
 
 

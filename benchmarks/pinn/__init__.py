@@ -1,0 +1,1 @@
+"""The published protocol of the physics-informed gravity networks, on our own code."""
