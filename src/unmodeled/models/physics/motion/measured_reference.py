@@ -108,9 +108,8 @@ class MeasuredReference:
         values[at] = reference_variables(np.hstack([r, velocity])[at])
         for k in range(order - 1, -1, -1):
             values[k] = _step(values[k + 1], -step, body)
-        for k in np.flatnonzero(~fresh):
-            if k >= order:
-                values[k] = _step(values[k - 1], step, body)
+        for stale in np.flatnonzero(~fresh[order:]):
+            values[stale + order] = _step(values[stale + order - 1], step, body)
         values[:, 4] = np.unwrap(values[:, 4])
         return cls(t, values, body)
 
