@@ -89,8 +89,9 @@ def test_figures_have_plain_ticks():
     shown = [t.get_text() for t in figure.axes[1].get_xticklabels()]
     assert shown == ["0.1", "0.3", "1", "3", "10"]
     curve = learning_curve_figure({"one": np.array([[1.0, 200.0], [3000.0, 4.0]])}, 3.4)
-    assert curve.axes[0].get_xlim() == (1.0, 1e4)
-    assert curve.axes[0].get_ylim() == (1.0, 1e3)
+    (low, high), (bottom, top) = curve.axes[0].get_xlim(), curve.axes[0].get_ylim()
+    assert low <= 1.0 < 3000.0 <= high
+    assert bottom <= 3.4 < 200.0 <= top
 
 
 def test_table33_from_end_to_end(tmp_path):
