@@ -127,7 +127,8 @@ def _sections(result: NavigationResult) -> list[Section]:
                     error_figure(result),
                     "Position and velocity error of each filter against time, with the floor",
                     "Root mean square over runs of the length of the error; between the drawn "
-                    "points the root mean square in time. Shaded: without measurements.",
+                    "points the root mean square in time."
+                    + (" Shaded: without measurements." if result.flight.phases else ""),
                 ),
             ),
             tables=(_table(result),),
@@ -230,7 +231,13 @@ def _consistency(result: NavigationResult) -> Table:
         )
         for row in result.table.to_dict(orient="records")
     )
-    note = "NEES of six states is 6, NIS a component 1 for a filter that knows how wrong it is."
+    free = int(result.flight.free.sum())
+    note = (
+        f"NEES of {free} states is {free}, NIS a component 1 for a filter that knows how wrong it "
+        "is. The list at the top counts gaps, too."
+    )
+    if free < 6:
+        note += " The flight stays in its plane: there is nothing to be wrong about across it."
     return Table("Consistency", columns, rows, note, learners=False)
 
 

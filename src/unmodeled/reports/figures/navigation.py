@@ -34,7 +34,7 @@ FILTER_COLOURS = {
     "learned": "#332288",
     "network": "#AA4499",
 }
-_BAND, _PHASE, _TRUTH = "#D5DCE3", "#F6E7CF", "#B8C0C8"
+_BAND, _PHASE, _TRUTH = "#B4C0CC", "#F6E7CF", "#B8C0C8"
 _MOST = 1500
 _MOST_COLUMNS = 6
 
@@ -101,7 +101,12 @@ def three_sigma_figure(result: NavigationResult, names: tuple[str, ...]) -> Figu
                 shown = _limit(result, f, j)
                 factor, prefix = engineering(shown)
                 a.fill_between(
-                    times[at] / per, -bound * factor, bound * factor, color=_BAND, linewidth=0
+                    times[at] / per,
+                    -bound * factor,
+                    bound * factor,
+                    color=_BAND,
+                    alpha=0.55,  # a gap must show through
+                    linewidth=0,
                 )
                 a.plot(
                     times[at] / per,
