@@ -9,6 +9,7 @@ from unmodeled.models.learned.curl_free_gp import CurlFreeGP
 from unmodeled.models.learned.elm import ELM
 from unmodeled.models.learned.exact_gp import ExactGP
 from unmodeled.models.learned.harmonic_gp import HarmonicGP
+from unmodeled.models.learned.harmonic_kernel_gp import HarmonicKernelGP
 from unmodeled.models.learned.harmonic_least_squares import (
     FittedPointMass,
     HarmonicLeastSquares,
@@ -59,6 +60,12 @@ LEARNER_FACTORIES: dict[str, LearnerFactory] = {
     "fitted_point_mass": LearnerFactory(FittedPointMass, score=2e-2),
     "harmonic_least_squares": LearnerFactory(lambda: HarmonicLeastSquares(degree=5), score=1e-8),
     "harmonic_gp": LearnerFactory(HarmonicGP, score=1e-8, uncertain_at=0.7),
+    "harmonic_kernel_gp": LearnerFactory(
+        # as for lbfgs above; the steps from a grid's start end early on clean data
+        lambda: HarmonicKernelGP(iterations=5, noise_floor=1e-8),
+        score=1e-4,
+        uncertain_at=1.0,
+    ),
     "curl_free_gp": LearnerFactory(
         # as for lbfgs above; the steps from a grid's start end early on clean data
         lambda: CurlFreeGP(iterations=10, noise_floor=1e-6),

@@ -7,9 +7,11 @@ from tests.models.physics.shapes import ellipsoid_mesh
 from unmodeled.core.errors import ConfigError, DataError
 from unmodeled.core.units import NORMALISED_GM
 from unmodeled.datasets.bodies import load_body
-from unmodeled.models.physics import polyhedron_gravity
+from unmodeled.datasets.truth_field import mascon_field, shape_field, shape_tesseral_field
+from unmodeled.models.physics import built_in_shape, polyhedron_gravity
 from unmodeled.models.physics.gravity_file import GravityField, write_gravity_field
 from unmodeled.models.physics.mesh import Mesh
+from unmodeled.models.physics.shape_harmonics import mesh_harmonics
 from unmodeled.pipeline.characterize import characterize
 from unmodeled.pipeline.config import CharacterizationConfig
 from unmodeled.pipeline.flight import fly
@@ -107,6 +109,47 @@ def test_polyhedron_against_the_closed_form(tmp_path):
         simulate(config(field | {"scale": 20000.0}), folders=[tmp_path])
 
 
+def test_built_in_shape_against_the_closed_form():
+    field = shape_field(EROS, "comet_like", 8)
+    x = np.array([[1.0, 2.0, 1.2], [-2.0, 1.0, 1.0], [0.3, -2.4, 0.5]])
+    mesh = built_in_shape("comet_like", EROS.brillouin_radius)
+    exact = polyhedron_gravity(mesh, x * EROS.brillouin_radius, EROS.gm).acceleration
+    # Degree 9 and more: 10 / r^9 of the point mass at most for a mass all at the surface.
+    np.testing.assert_allclose(
+        field.acceleration(x * EROS.brillouin_radius), exact, atol=1e-3 * np.abs(exact).max()
+    )
+    assert field.values["spin_rate"] == EROS.spin_rate
+
+
+def test_tesserals_of_a_shape_go_with_the_zonals_of_the_card():
+    values = shape_tesseral_field(EROS, "eros_like", 4).values
+    share = EROS.reference_radius / EROS.brillouin_radius
+    assert values["C_2_0"] == pytest.approx(-EROS.zonals[2] * share**2)
+    shape = mesh_harmonics(built_in_shape("eros_like"), 4, 1.0)
+    for name in ("C_2_2", "C_3_1", "S_4_3"):
+        assert values[name] == pytest.approx(shape[name], abs=1e-13)
+    assert values["R_ref"] == EROS.brillouin_radius
+
+
+def test_two_mascons_have_the_mass_and_its_centre():
+    field = mascon_field(EROS)
+    far = np.array([[0.0, 0.0, 1e4], [1e4, 0.0, 0.0]]) * EROS.brillouin_radius
+    expected = -EROS.gm * far / np.linalg.norm(far, axis=1)[:, None] ** 3
+    # no dipole (1e-4 of it at this distance) is left, only a quadrupole of 1e-8
+    np.testing.assert_allclose(
+        field.acceleration(far), expected, rtol=3e-8, atol=1e-7 * np.abs(expected).max()
+    )
+    with pytest.raises(ConfigError, match="less than 1 from the origin"):
+        mascon_field(EROS, [(0.5, (1.0, 0.2, 0.0))])
+
+
+def test_masses_of_a_configuration_make_the_field():
+    masses = [{"share": 0.1, "place": [0.5, 0, 0]}, {"share": -0.1, "place": [-0.5, 0, 0]}]
+    data = prepare(config({"kind": "mascons", "masses": masses}))
+    for samples in data.sets:
+        assert samples.accelerations == pytest.approx(two_masses(samples.positions), rel=1e-11)
+
+
 def test_zonal_file_gives_what_the_card_gives(tmp_path):
     sqrt = {2: 5.0, 3: 7.0, 4: 9.0}
     unnormalised = EROS.zonal_unnormalised()
@@ -125,6 +168,18 @@ def test_zonal_file_gives_what_the_card_gives(tmp_path):
     ("field", "words"),
     [
         ({"kind": "polyhedron"}, "a shape file for polyhedron"),
+        ({"kind": "polyhedron", "shape": "comet_like", "file": "x.obj"}, "file x.obj and shape"),
+        ({"kind": "polyhedron", "shape": "comet_lik"}, 'Did you mean "comet_like"'),
+        ({"kind": "polyhedron", "shape": "comet_like", "scale": 2.0}, "Leave scale out"),
+        (
+            {
+                "kind": "tesseral",
+                "shape": "eros_like",
+                "masses": [{"share": 1, "place": [0, 0, 0]}],
+            },
+            "Leave masses out",
+        ),
+        ({"kind": "mascons", "masses": [{"share": 1, "plac": [0, 0, 0]}]}, 'did you mean "place"'),
         ({"kind": "hidden_masses", "file": "x"}, "none otherwise"),
         ({"kind": "hidden_masses", "degree": 4}, "Leave degree out"),
         ({"kind": "tesseral", "file": "x.gfc", "scale": 2.0}, "Leave scale out"),
@@ -138,9 +193,11 @@ def test_what_does_not_belong_together_is_refused(field, words):
 
 def test_ids_tell_fields_and_axes_apart_and_zonal_ones_stay():
     fields = [None, {"kind": "hidden_masses"}, {"kind": "hidden_masses", "frame": "inertial"}]
+    fields += [{"kind": "mascons"}, {"kind": "polyhedron", "shape": "comet_like"}]
     forms = [canonical(config(field)) for field in fields]
-    assert len({run_id(form) for form in forms}) == 3
+    assert len({run_id(form) for form in forms}) == 5
     assert "field" not in forms[0]["data"]
+    assert "shape" not in forms[1]["data"]["field"]
 
 
 def test_a_field_that_turns_needs_a_spin_and_heyoka():

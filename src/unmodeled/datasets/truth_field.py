@@ -2,19 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from unmodeled.core.errors import ConfigError, DataError
 from unmodeled.datasets.bodies import Body
 from unmodeled.datasets.shape_file import read_shape
 from unmodeled.models.physics import Dynamics, Mascon, PointMass, Polyhedron, SphericalHarmonics
+from unmodeled.models.physics.built_in_shapes import built_in_shape
 from unmodeled.models.physics.effect import Effect
 from unmodeled.models.physics.gravity_file import read_gravity_field
 from unmodeled.models.physics.mesh import Mesh
+from unmodeled.models.physics.shape_harmonics import mesh_harmonics
 from unmodeled.models.physics.spherical_harmonics import coefficient_names
 
-__all__ = ["hidden_masses", "polyhedron_field", "tesseral_field"]
+__all__ = [
+    "TWO_MASCONS",
+    "hidden_masses",
+    "mascon_field",
+    "polyhedron_field",
+    "shape_field",
+    "shape_tesseral_field",
+    "tesseral_field",
+]
+
+#: Shares of GM and places, Brillouin radii, of two masses about their common centre.
+TWO_MASCONS = ((0.6, (0.32, 0.0, 0.0)), (0.4, (-0.48, 0.0, 0.0)))
 
 #: Share of GM of the two hidden masses, and their distance from the centre in Brillouin radii.
 _SHARE, _PLACE = 0.1, 0.5
@@ -85,17 +101,84 @@ def polyhedron_field(
     return _turning(body, [PointMass(), Polyhedron(centred, degree)], {"GM": body.gm})
 
 
+def shape_field(body: Body, shape: str, degree: int = 12) -> Dynamics:
+    """Return the field of a homogeneous body of a built-in shape that turns, SI.
+
+    As `polyhedron_field`, with the mesh of `built_in_shape`, which fills the Brillouin sphere.
+    """
+    mesh = built_in_shape(shape, body.brillouin_radius)
+    return _turning(body, [PointMass(), Polyhedron(mesh, degree)], {"GM": body.gm})
+
+
+def shape_tesseral_field(body: Body, shape: str, degree: int = 8) -> Dynamics:
+    """Return the card's zonals with the tesserals of a built-in shape, turning, SI.
+
+    Degrees that the card has no zonal for take that of the shape too. Tesserals are those of
+    `mesh_harmonics` for constant density; for Bennu and its ``bennu_like`` shape they have the
+    size of the true ones and not their values.
+
+    Parameters
+    ----------
+    body : Body
+        Gives GM, zonals and spin rate; the shape fills its Brillouin sphere.
+    shape : str
+        Name of a built-in shape.
+    degree : int
+        Highest degree, 2 or more.
+    """
+    radius = body.brillouin_radius
+    values = mesh_harmonics(built_in_shape(shape, radius), degree, radius)
+    # The sphere that the card's zonals refer to may be another one.
+    share = body.reference_radius / radius
+    for n, zonal in body.zonal_unnormalised().items():
+        if n <= degree:
+            values[f"C_{n}_0"] = -zonal / np.sqrt(2.0 * n + 1.0) * share**n
+    kept = {name: float(values[name]) for name in coefficient_names(degree, min_degree=2)}
+    effects: list[Effect] = [PointMass(), SphericalHarmonics(degree)]
+    return _turning(body, effects, {"GM": body.gm, "R_ref": radius} | kept)
+
+
+def mascon_field(
+    body: Body, masses: Sequence[tuple[float, Sequence[float]]] = TWO_MASCONS
+) -> Dynamics:
+    """Return the field of point masses that turn with the body, SI; the total mass is GM.
+
+    Parameters
+    ----------
+    body : Body
+        Gives GM, spin rate and the Brillouin radius.
+    masses : sequence of (share, place)
+        Share of GM, not zero, and place (3,) in Brillouin radii, inside that sphere. What the
+        shares leave of GM stays at the origin.
+    """
+    if not masses:
+        raise ConfigError("data.field.masses is empty", do="list at least one mass")
+    values = {"GM": body.gm}
+    effects: list[Effect] = [PointMass()]
+    rest = sum(float(share) for share, _ in masses)
+    # Beside a point mass of all GM, what is elsewhere is missing in the middle.
+    central = [(-rest, (0.0, 0.0, 0.0))] if abs(rest) > 1e-12 else []
+    for index, (share, place) in enumerate([*masses, *central], start=1):
+        if share == 0 or not np.linalg.norm(place) < 1.0:
+            raise ConfigError(
+                f"data.field.masses: share {share:g} of GM at {tuple(place)} Brillouin radii",
+                allowed="a share that is not zero, a place less than 1 from the origin",
+            )
+        values[f"mascon{index}_GM"] = share * body.gm
+        for axis, coordinate in zip("xyz", place, strict=True):
+            values[f"mascon{index}_{axis}"] = coordinate * body.brillouin_radius
+        effects.append(Mascon(index))
+    return _turning(body, effects, values)
+
+
 def hidden_masses(body: Body) -> Dynamics:
     """Return the point mass with +0.1 GM at x = R/2 and -0.1 GM at x = -R/2, turning, SI.
 
     The total mass is GM; the centre of mass is 0.1 R from the origin, as in the tests of learned
     fields by peers: what assumes a point mass far away fails by that dipole.
     """
-    values = {"GM": body.gm}
-    for index, sign in ((1, 1.0), (2, -1.0)):
-        values[f"mascon{index}_GM"] = sign * _SHARE * body.gm
-        values[f"mascon{index}_x"] = sign * _PLACE * body.brillouin_radius
-    return _turning(body, [PointMass(), Mascon(1), Mascon(2)], values)
+    masses = [(sign * _SHARE, (sign * _PLACE, 0.0, 0.0)) for sign in (1.0, -1.0)]
+    return mascon_field(body, masses)
 
 
 def _turning(body: Body, effects: list[Effect], values: dict[str, Any]) -> Dynamics:

@@ -10,11 +10,12 @@ from typing import Annotated, Any, Literal, get_type_hints
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model, model_validator
 
-from unmodeled.core.errors import ConfigError
+from unmodeled.core.errors import ConfigError, nearest
 from unmodeled.core.units import NormalisedUnits
 from unmodeled.datasets.initial_conditions import checked_ranges
 from unmodeled.datasets.noise import Noise
 from unmodeled.models.learned import Learner, Residual, learner_class
+from unmodeled.models.physics.built_in_shapes import SHAPE_NAMES
 from unmodeled.pipeline.config_errors import translate
 from unmodeled.pipeline.config_types import Finite, NonNegative, Positive, Section
 from unmodeled.pipeline.yaml12 import read_yaml
@@ -45,36 +46,57 @@ class OrbitConfig(Section):
     true_anomaly: Finite = 0.0
 
 
+class MassConfig(Section):
+    """A point mass in the body: its share of GM, its place in Brillouin radii."""
+
+    share: Finite
+    place: tuple[Finite, Finite, Finite]
+
+
 class FieldConfig(Section):
     """The true field of simulated orbits, where it is not the card's zonal field.
 
-    ``tesseral`` reads a .gfc file, ``polyhedron`` a shape file, ``hidden_masses`` is +-0.1 GM at
-    +-R/2. All turn with the card's spin rate; samples are in ``body_fixed`` axes unless ``frame``
-    is ``inertial``, which shows what is lost.
+    ``tesseral`` reads a .gfc file, or takes the card's zonals and the tesserals of a built-in
+    ``shape``; ``polyhedron`` reads a shape file, or takes a built-in ``shape``; ``mascons`` is a
+    list of ``masses``, by default two; ``hidden_masses`` is +-0.1 GM at +-R/2. All turn with the
+    card's spin rate; samples are in ``body_fixed`` axes unless ``frame`` is ``inertial``, which
+    shows what is lost.
     """
 
-    kind: Literal["tesseral", "polyhedron", "hidden_masses"]
+    kind: Literal["tesseral", "polyhedron", "mascons", "hidden_masses"]
     file: str | None = None
+    shape: str | None = None
+    masses: Annotated[tuple[MassConfig, ...], Field(min_length=1)] | None = None
     scale: Positive | None = None
     degree: Annotated[int, Field(ge=2, le=24)] | None = None
     frame: Literal["body_fixed", "inertial"] = "body_fixed"
 
     @model_validator(mode="after")
-    def _file_or_not(self) -> FieldConfig:
-        if (self.file is None) != (self.kind == "hidden_masses"):
+    def _belongs_together(self) -> FieldConfig:
+        sources = [name for name in ("file", "shape") if getattr(self, name) is not None]
+        if len(sources) != (1 if self.kind in ("tesseral", "polyhedron") else 0):
+            given = " and ".join(f"{k} {getattr(self, k)}" for k in sources) or "no file or shape"
             raise ConfigError(
-                f"data.field of kind {self.kind} with file {self.file}",
-                allowed="a .gfc file for tesseral, a shape file for polyhedron, none otherwise",
+                f"data.field of kind {self.kind} with {given}",
+                allowed="a .gfc file for tesseral, a shape file for polyhedron, or for either a "
+                f"built-in shape ({', '.join(SHAPE_NAMES)}); none otherwise",
             )
-        unused = [k for k in ("scale", "degree") if getattr(self, k) is not None]
-        if self.kind == "polyhedron":
-            unused = []
-        elif self.kind == "tesseral":
-            unused = [k for k in unused if k == "scale"]
-        if unused:
+        if self.shape is not None and self.shape not in SHAPE_NAMES:
             raise ConfigError(
-                f"data.field.{unused[0]} with kind {self.kind}", do=f"leave {unused[0]} out"
+                f'data.field.shape is "{self.shape}"',
+                allowed=", ".join(SHAPE_NAMES),
+                do=nearest(self.shape, SHAPE_NAMES),
             )
+        used = {
+            "tesseral": ["degree"],
+            "polyhedron": ["degree"] if self.shape else ["scale", "degree"],
+            "mascons": ["masses"],
+            "hidden_masses": [],
+        }[self.kind]
+        for name in ("scale", "degree", "masses"):
+            if getattr(self, name) is not None and name not in used:
+                what = f"kind {self.kind}" + (" and a built-in shape" if self.shape else "")
+                raise ConfigError(f"data.field.{name} with {what}", do=f"leave {name} out")
         return self
 
 

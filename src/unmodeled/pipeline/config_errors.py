@@ -57,8 +57,14 @@ def _fields(model: type[BaseModel], loc: tuple[Any, ...]) -> list[str]:
     """Field names of the section that ``loc`` points to."""
     for part in loc:
         if isinstance(part, str) and part in model.model_fields:
-            model = section_of(model.model_fields[part].annotation) or model
+            model = _inside(model.model_fields[part].annotation) or model
     return list(model.model_fields)
+
+
+def _inside(annotation: Any) -> type[BaseModel] | None:
+    """Return the section in a field, or in the list that it holds."""
+    found = (_inside(a) for a in get_args(annotation))
+    return section_of(annotation) or next((section for section in found if section), None)
 
 
 def section_of(annotation: Any) -> type[BaseModel] | None:

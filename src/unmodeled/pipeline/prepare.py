@@ -26,7 +26,14 @@ from unmodeled.datasets.readers import read_trajectory
 from unmodeled.datasets.revolutions import first_revolutions, split_revolutions
 from unmodeled.datasets.simulation import SimulatedOrbits, gravity_of, simulate_orbits
 from unmodeled.datasets.trajectory import Trajectory
-from unmodeled.datasets.truth_field import hidden_masses, polyhedron_field, tesseral_field
+from unmodeled.datasets.truth_field import (
+    hidden_masses,
+    mascon_field,
+    polyhedron_field,
+    shape_field,
+    shape_tesseral_field,
+    tesseral_field,
+)
 from unmodeled.models.physics import Dynamics
 from unmodeled.pipeline.config import CharacterizationConfig
 
@@ -159,6 +166,16 @@ def _truth(config: CharacterizationConfig, body: Body, folders: Sequence[Path]) 
         return gravity_of(body)
     if field.kind == "hidden_masses":
         return hidden_masses(body)
+    if field.kind == "mascons":
+        given = field.masses
+        return (
+            mascon_field(body, [(m.share, m.place) for m in given])
+            if given
+            else (mascon_field(body))
+        )
+    if field.shape is not None:
+        make = shape_field if field.kind == "polyhedron" else shape_tesseral_field
+        return make(body, field.shape, field.degree or (12 if field.kind == "polyhedron" else 8))
     assert field.file is not None  # the configuration checks it
     path = find_trajectory(field.file, folders, "data.field.file")
     if field.kind == "tesseral":

@@ -44,6 +44,7 @@ _KINDS: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
         "exact_gp": ("#0072B2", "o"),
         "harmonic_gp": ("#332288", "h"),
+        "harmonic_kernel_gp": ("#6699CC", "H"),
         "spectral_mlp": ("#D55E00", "s"),
         "potential_mlp": ("#882255", "p"),
         "rbf_network": ("#009E73", "^"),

@@ -1,15 +1,16 @@
-from itertools import pairwise
-
 import numpy as np
 import pytest
 from tests.models.learned.problem import GM, fractional_error, other_orbit, samples
 
-from unmodeled.models.learned import HarmonicGP, NoiseLevel, ZonalOracle
-from unmodeled.models.physics.exterior_harmonics import (
-    column_degrees,
-    derivative,
-    exterior_harmonics,
+from unmodeled.core.errors import ConfigError
+from unmodeled.models.learned import (
+    HarmonicGP,
+    HarmonicKernelGP,
+    NoiseLevel,
+    ZonalOracle,
+    _harmonic_evidence,
 )
+from unmodeled.models.learned._harmonic_kernels import LAWS
 
 
 @pytest.fixture(scope="module")
@@ -58,34 +59,23 @@ def test_gradient_covariance_keeps_laplace_and_symmetry(fitted):
     np.testing.assert_allclose(covariance[:, 1], covariance[:, 3], rtol=0, atol=1e-12 * size)
 
 
-@pytest.mark.parametrize("ratio", [0.5, 0.8])
-def test_the_prior_is_the_abel_poisson_kernel(ratio):
-    """s^2 q^(2n) on normalised coefficients is s^2 / q^2 times its closed form, R = q.
-
-    The factor 2n + 1 comes from the addition theorem. Cut off at N, what is missing of two
-    accelerations is a tail of order N^3 (q^2 / (|x| |y|))^N.
-    """
-    x, y = np.array([1.1, 0.3, -0.2]), np.array([0.7, -0.8, 0.6])
-    square = ratio**2
-    xx, yy = x @ x, y @ y
-    kernel_q = xx * yy - 2 * square * (x @ y) + square**2
-    a, b, p = yy * x - square * y, xx * y - square * x, xx * yy - square**2
-    m = 2 * np.outer(x, y) - square * np.eye(3)
-    closed = 4 * np.outer(x, y) * kernel_q**-1.5 - 6 * kernel_q**-2.5 * (
-        yy * np.outer(x, b) + xx * np.outer(a, y)
-    )
-    closed += p * (15 * kernel_q**-3.5 * np.outer(a, b) - 3 * kernel_q**-2.5 * m)
-    errors = []
-    for degree in (10, 20, 30):
-        table = exterior_harmonics(np.stack([x, y]), degree + 1)
-        gradient = np.stack([derivative(table, i) for i in range(3)])
-        prior = ratio ** (2.0 * column_degrees(degree))
-        finite = np.einsum("ip,p,jp->ij", gradient[:, :, 0], prior, gradient[:, :, 1])
-        errors.append(np.abs(finite - closed).max() / np.abs(closed).max())
-    decay = (square / np.sqrt(xx * yy)) ** 10
-    for before, after in pairwise(errors):
-        # (N + 10)^3 / N^3 is at most 8; below 1e-13 there is nothing but rounding
-        assert after < max(8 * decay * before, 1e-13)
+@pytest.mark.parametrize("law", LAWS)
+def test_the_prior_is_the_closed_kernel(law, monkeypatch):
+    """Under one prior, degree 20 is the process of the closed kernel to 0.3^20 of its band."""
+    monkeypatch.setattr(_harmonic_evidence, "_average", lambda *a: a[-2:])
+    X, y, _, _ = samples(noise=0.1)
+    X, y = X[::3], y[::3]
+    learner = HarmonicGP(20, 20, law=law).fit(X, y, NoiseLevel(acceleration=0.1))
+    closed = HarmonicKernelGP(law)
+    closed.n_samples_, closed.n_inputs_ = len(X), 3
+    theta = (learner.attenuation_, learner.amplitude_, 0.1 * learner.noise_ / GM)
+    closed._condition(X, y / GM, np.zeros_like(X), np.square(theta))
+    other = other_orbit()[0]
+    deviation = np.sqrt(np.trace(closed.predict_covariance(other), axis1=1, axis2=2))
+    miss = np.linalg.norm(closed.predict(other) - learner.predict(other), axis=1)
+    assert (miss < 1e-5 * deviation).all()
+    wide = np.sqrt(np.trace(learner.predict_covariance(other), axis1=1, axis2=2))
+    np.testing.assert_allclose(wide, deviation, rtol=1e-5)
 
 
 def test_an_amplitude_that_data_do_not_show_is_not_taken_for_nothing():
@@ -115,3 +105,9 @@ def test_coarse_positions_do_not_run_away():
         )
     ours, oracle = np.median(errors, axis=0)
     assert ours < 2 * oracle
+
+
+def test_an_unknown_law_is_refused():
+    X, y, _, _ = samples()
+    with pytest.raises(ConfigError, match=r'harmonic_gp: kernel is "gauss". Allowed: reciprocal'):
+        HarmonicGP(law="gauss").fit(X, y)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from unmodeled.core.errors import NumericalError
+from unmodeled.pipeline.filters.algebra import inverse_root
 from unmodeled.pipeline.filters.extended import ExtendedKalmanFilter
 from unmodeled.pipeline.filters.gauss_markov import GaussMarkov, WithGaussMarkov
 from unmodeled.pipeline.filters.runge_kutta import RungeKutta
@@ -108,3 +110,21 @@ def test_square_root_form_with_gaps_and_gate(three_body, range_and_rate):
         # gains, each in its own units
         np.testing.assert_allclose(one.gain, two.gain, atol=1e-9 * np.abs(one.gain).max())
     np.testing.assert_allclose(states[0].sigma, states[1].sigma, rtol=1e-8)
+
+
+@pytest.mark.parametrize("m", [1, 2, 3, 4])
+def test_inverse_root_is_that_of_the_factor(m):
+    root = np.random.default_rng(m).normal(size=(7, m, m + 2))
+    S = root @ root.mT
+    inverse = inverse_root(S, "S")
+    # errors of both are some roundings times the condition of L, below 1e3 here
+    np.testing.assert_allclose(
+        inverse @ np.linalg.cholesky(S), np.tile(np.eye(m), (7, 1, 1)), atol=1e-12
+    )
+    np.testing.assert_array_equal(np.triu(inverse, 1), 0.0)
+    S[4, m - 1, m - 1] = -1.0
+    with pytest.raises(NumericalError, match="S of run 4 is not positive definite"):
+        inverse_root(S, "S")
+    S[2, 0, 0] = np.nan
+    with pytest.raises(NumericalError, match="S of run 2 is not finite"):
+        inverse_root(S, "S")

@@ -5,6 +5,7 @@ from unmodeled.models.learned.curl_free_gp import CurlFreeGP
 from unmodeled.models.learned.elm import ELM
 from unmodeled.models.learned.exact_gp import ExactGP
 from unmodeled.models.learned.harmonic_gp import HarmonicGP
+from unmodeled.models.learned.harmonic_kernel_gp import HarmonicKernelGP
 from unmodeled.models.learned.harmonic_least_squares import (
     FittedPointMass,
     HarmonicLeastSquares,
@@ -33,6 +34,7 @@ __all__ = [
     "ExactGP",
     "FittedPointMass",
     "HarmonicGP",
+    "HarmonicKernelGP",
     "HarmonicLeastSquares",
     "InputFeatures",
     "Learner",

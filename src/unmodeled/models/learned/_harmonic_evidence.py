@@ -1,9 +1,9 @@
-"""Bayesian linear regression of harmonics: square-root sums, evidence, posterior."""
+"""Bayesian linear regression of harmonics: evidence and posterior from summed data."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,83 +12,24 @@ from scipy.optimize import minimize_scalar
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import NumericalError
+from unmodeled.models.learned._harmonic_kernels import coefficient_variances
+from unmodeled.models.learned._harmonic_sums import Sums
 from unmodeled.models.physics.exterior_harmonics import column_degrees
 
-__all__ = ["Posterior", "Sums", "fit_prior"]
+__all__ = ["Posterior", "fit_prior"]
 
 #: Ratios of prior variance to noise variance that are tried, coarse; refined around the best.
 _RATIOS = np.linspace(math.log(1e-12), math.log(1e34), 93)
 #: Attenuation of the prior with each degree, coarse; refined around the best. A body whose matter
 #: all lay within 0.2 of its radius would be a point mass.
 _ATTENUATIONS = np.log(np.geomspace(0.2, 1.0, 8))
-#: Amplitudes s q^2 at degree 2 over which the posterior is averaged, log-uniform: from rounder than
+#: Prior deviations of degree 2 over which the posterior is averaged, log-uniform: from rounder than
 #: any small body to a field that no body within the reference sphere exceeds.
 _AMPLITUDES = np.log(np.geomspace(4e-3, 1.0, 12))
 #: Share of the best weight below which a prior is left out of the average.
 _LEAST_WEIGHT = 0.01
 #: Log evidence by which a higher degree may fall short of the best and still be taken.
 _DEGREE_MARGIN = 10.0
-
-
-@dataclass(frozen=True)
-class Sums:
-    """All that the fit needs of the data: the triangular root of the normal equations.
-
-    Parameters
-    ----------
-    triangle : ndarray (k, p)
-        R of the QR decomposition of the weighted design; k = p, or fewer for few data.
-    target : ndarray (k,)
-        Q^T y.
-    rest : float
-        Sum of squares of y that no coefficient reaches.
-    count : int
-        Number of equations.
-    scale : float
-        Root mean square of the weighted data.
-    log_weight : float
-        Sum of the logarithms of the weights, for the evidence of the data as given.
-    """
-
-    triangle: Array
-    target: Array
-    rest: float
-    count: int
-    scale: float
-    log_weight: float
-
-    @classmethod
-    def of(cls, chunks: Iterator[Array], log_weight: float) -> Sums:
-        """Add up chunks of weighted equations one after another.
-
-        The Gram matrix itself would square the condition number: half of the digits of clean
-        data would be lost. Its triangular root takes the same memory, (p + 1)^2 numbers.
-
-        Parameters
-        ----------
-        chunks : iterator of ndarray (p + 1, m)
-            Columns of the design and, last, the data.
-        log_weight : float
-            Sum of the logarithms of the weights.
-        """
-        root, count = None, 0
-        for rows in chunks:
-            count += rows.shape[1]
-            # transposed, it lies in memory as LAPACK wants it
-            stacked = rows.T if root is None else np.concatenate([root.T, rows], axis=1).T
-            root = scipy.linalg.qr(stacked, mode="r", overwrite_a=True, check_finite=False)[0]
-            root = np.triu(root[: root.shape[1]])
-        if root is None or not np.isfinite(root).all():
-            raise NumericalError("the equations of the samples are not finite")
-        unknowns = root.shape[1] - 1
-        return cls(
-            np.array(root[:unknowns, :unknowns], dtype=np.float64),
-            np.array(root[:unknowns, unknowns], dtype=np.float64),
-            float((root[unknowns:, unknowns] ** 2).sum()),
-            count,
-            math.sqrt(float((root[:, unknowns] ** 2).sum()) / count),
-            log_weight,
-        )
 
 
 @dataclass(frozen=True)
@@ -99,7 +40,8 @@ class Posterior:
     ----------
     degree : int
     attenuation, amplitude, noise : float
-        q, s and sigma of the prior variances s^2 q^(2n) and of the weighted noise.
+        q, s and sigma of the prior variances s^2 q^(2n) (times the law's factor) and of the
+        weighted noise.
     log_evidence : float
     mean : ndarray (p,)
     root : ndarray (p, p)
@@ -118,6 +60,7 @@ class Posterior:
 def fit_prior(
     sums: Sums,
     free: int,
+    law: str,
     degrees: range,
     progress: Callable[[float], None],
     *,
@@ -134,6 +77,8 @@ def fit_prior(
         Up to the highest degree.
     free : int
         Number of columns with a flat prior.
+    law : str
+        Of `_harmonic_kernels.LAWS`.
     degrees : range
         Degrees to choose from. The highest within a log evidence of 10 of the best is taken:
         a degree too low makes the covariance too small, one too high costs nothing.
@@ -143,28 +88,32 @@ def fit_prior(
     """
     found = []
     for degree in degrees:
-        best = max((_profile(sums, free, degree, a) for a in _ATTENUATIONS), key=lambda p: p[0])
+        best = max(
+            (_profile(sums, free, law, degree, a) for a in _ATTENUATIONS), key=lambda p: p[0]
+        )
         found.append((best[0], degree, best[1]))
         progress(0.7 * (degree - degrees.start + 1) / len(degrees))
     top = max(f[0] for f in found)
     _, degree, start = next(f for f in reversed(found) if f[0] >= top - _DEGREE_MARGIN)
     step = float(_ATTENUATIONS[1] - _ATTENUATIONS[0])
     result = minimize_scalar(
-        lambda a: -_profile(sums, free, degree, float(a))[0],
+        lambda a: -_profile(sums, free, law, degree, float(a))[0],
         bounds=(max(start - step, float(_ATTENUATIONS[0])), min(start + step, 0.0) + 1e-9),
         method="bounded",
         options={"xatol": 1e-2},
     )
-    evidence, log_q, amplitude, noise = _profile(sums, free, degree, float(result.x))
-    mean, root = _solve(sums, free, degree, math.exp(log_q), amplitude, noise)
+    evidence, log_q, amplitude, noise = _profile(sums, free, law, degree, float(result.x))
+    mean, root = _solve(sums, free, law, degree, math.exp(log_q), amplitude, noise)
     if average:
-        mean, root = _average(sums, free, degree, noise, mean, root)
+        mean, root = _average(sums, free, law, degree, noise, mean, root)
     return Posterior(degree, math.exp(log_q), amplitude, noise, evidence, mean, root)
 
 
-def _profile(sums: Sums, free: int, degree: int, log_q: float) -> tuple[float, float, float, float]:
+def _profile(
+    sums: Sums, free: int, law: str, degree: int, log_q: float
+) -> tuple[float, float, float, float]:
     """Return evidence, log q, s and sigma, the last two at their best for this q."""
-    scores, largest = _scorer(sums, free, degree, log_q)
+    scores, largest = _scorer(sums, free, law, degree, log_q)
     grid = _RATIOS - (math.log(largest) if largest > 0 else 0.0)
     for _ in range(3):
         values, variances = scores(grid)
@@ -178,12 +127,12 @@ def _profile(sums: Sums, free: int, degree: int, log_q: float) -> tuple[float, f
 
 
 def _scorer(
-    sums: Sums, free: int, degree: int, log_q: float
+    sums: Sums, free: int, law: str, degree: int, log_q: float
 ) -> tuple[Callable[[Array], tuple[Array, Array]], float]:
     """Return -2 log evidence and noise variance as a function of log (s / sigma)^2, and a scale."""
     size = (degree + 1) ** 2
     rows = min(size, len(sums.triangle))
-    spread = np.exp(log_q * column_degrees(degree)[free:])
+    spread = _deviations(law, degree, math.exp(log_q))[free:]
     rest = sums.rest + float((sums.target[rows:] ** 2).sum())
     target = sums.target[free:rows]
     if len(target):
@@ -206,7 +155,13 @@ def _scorer(
 
 
 def _average(
-    sums: Sums, free: int, degree: int, noise: float, best_mean: Array, best_root: Array
+    sums: Sums,
+    free: int,
+    law: str,
+    degree: int,
+    noise: float,
+    best_mean: Array,
+    best_root: Array,
 ) -> tuple[Array, Array]:
     """Return mean and root of the covariance averaged over attenuation and amplitude.
 
@@ -216,8 +171,9 @@ def _average(
     """
     found = []
     for log_q in _ATTENUATIONS:
-        log_ratios = 2.0 * (_AMPLITUDES - 2.0 * log_q - math.log(noise))
-        value, variances = _scorer(sums, free, degree, float(log_q))[0](log_ratios)
+        at_two = math.log(float(_deviations(law, 2, math.exp(log_q))[-1]))
+        log_ratios = 2.0 * (_AMPLITUDES - at_two - math.log(noise))
+        value, variances = _scorer(sums, free, law, degree, float(log_q))[0](log_ratios)
         found += [
             (-0.5 * float(v), math.exp(log_q), math.exp(0.5 * float(r)) * math.sqrt(var), var)
             for v, r, var in zip(value, log_ratios, variances, strict=True)
@@ -226,7 +182,7 @@ def _average(
     kept = [f for f in found if f[0] >= top + math.log(_LEAST_WEIGHT)]
     weights = np.exp([f[0] - top for f in kept])
     weights /= weights.sum()
-    solved = [_solve(sums, free, degree, q, s, math.sqrt(var)) for _, q, s, var in kept]
+    solved = [_solve(sums, free, law, degree, q, s, math.sqrt(var)) for _, q, s, var in kept]
     if len(solved) == 1:
         return solved[0]
     # About the best one: differences of nearly equal means are exact.
@@ -239,12 +195,19 @@ def _average(
     return best_mean + shift, np.array(np.triu(triangle[: len(best_root)]).T)
 
 
+def _deviations(law: str, degree: int, q: float) -> Array:
+    """Return the prior deviation of each coefficient, but for the amplitude."""
+    n = column_degrees(degree).astype(float)
+    deviations: Array = q**n * np.sqrt(coefficient_variances(law, n))
+    return deviations
+
+
 def _solve(
-    sums: Sums, free: int, degree: int, q: float, amplitude: float, noise: float
+    sums: Sums, free: int, law: str, degree: int, q: float, amplitude: float, noise: float
 ) -> tuple[Array, Array]:
     """Return the posterior mean (p,) and a root of the covariance (p, p)."""
     size = (degree + 1) ** 2
-    prior = amplitude * q ** column_degrees(degree).astype(float)
+    prior = amplitude * _deviations(law, degree, q)
     # Unit of each unknown: its prior, or what the data alone say of it.
     unit = prior.copy()
     unit[:free] = noise / np.maximum(np.linalg.norm(sums.triangle[:, :free], axis=0), 1e-300)

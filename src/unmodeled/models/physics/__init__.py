@@ -2,6 +2,7 @@
 
 from unmodeled.models.physics.aerodynamic_lift import AerodynamicLift
 from unmodeled.models.physics.albedo import Albedo
+from unmodeled.models.physics.built_in_shapes import SHAPE_NAMES, built_in_shape
 from unmodeled.models.physics.continuous_thrust import ContinuousThrust
 from unmodeled.models.physics.de_sitter import DeSitter
 from unmodeled.models.physics.drag import ExponentialDrag
@@ -43,6 +44,7 @@ from unmodeled.models.physics.yarkovsky import NonGravitationalA123
 from unmodeled.models.physics.zonal import Zonal
 
 __all__ = [
+    "SHAPE_NAMES",
     "AerodynamicLift",
     "Albedo",
     "ConstantInertial",
@@ -86,6 +88,7 @@ __all__ = [
     "Vector",
     "VelocityDrag",
     "Zonal",
+    "built_in_shape",
     "coefficient_names",
     "egm2008_values",
     "polyhedron_gravity",

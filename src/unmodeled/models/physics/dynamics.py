@@ -17,6 +17,7 @@ from unmodeled.models.physics.collision import first_entry
 from unmodeled.models.physics.continuous_orbit import ContinuousOrbit
 from unmodeled.models.physics.effect import Effect
 from unmodeled.models.physics.orientation import Orientation
+from unmodeled.models.physics.runtime_series import runtime_series
 from unmodeled.models.physics.system import ORIENTATION, System
 from unmodeled.models.physics.tracks import Tracks
 from unmodeled.models.physics.variational_orbit import VariationalOrbit
@@ -91,7 +92,8 @@ class Dynamics:
         self._parameters = tuple(
             p.with_value(given.get(p.name, p.value)) for p in self.system.parameters
         )
-        self._pars = np.array([*(p.value for p in self._parameters), *self._series(needed)])
+        series = runtime_series(self.system, needed, tracks, orientation)
+        self._pars = np.array([*(p.value for p in self._parameters), *series])
 
     @property
     def effects(self) -> tuple[Effect, ...]:
@@ -131,35 +133,6 @@ class Dynamics:
             tracks=self.tracks,
             orientation=self.orientation,
         )
-
-    def _series(self, needed: set[str]) -> list[float]:
-        """Runtime parameters without a name, in the order of `System`."""
-        system, tracks, orientation = self.system, self.tracks, self.orientation
-        interval: tuple[float, float] | None = None
-        flat: list[float] = []
-        if needed:
-            if tracks is None or not needed <= set(tracks.coefficients):
-                missing = sorted(needed - set(tracks.coefficients if tracks else ()))
-                raise ConfigError(
-                    f"the force model needs the position of {', '.join(missing)}",
-                    do="give tracks with it",
-                )
-            interval = (tracks.start, tracks.end)
-            for name in system.bodies:
-                flat += tracks.coefficients[name].T.ravel().tolist()
-        if orientation is not None:
-            moves = orientation.degree > 0
-            if moves and interval not in (None, (orientation.start, orientation.end)):
-                raise ConfigError(
-                    "tracks and orientation on different intervals", do="fit both on the same"
-                )
-            interval = interval or (orientation.start, orientation.end)
-            flat += np.moveaxis(orientation.slow, 0, -1).ravel().tolist()
-            flat += orientation.fixed.ravel().tolist()
-        if interval is None:
-            return []
-        start, end = interval
-        return [0.5 * (start + end), 2.0 / (end - start), *flat]
 
     # Pointwise -------------------------------------------------------------------------------
 

@@ -14,6 +14,7 @@ from unmodeled.core.errors import NumericalError
 __all__ = [
     "cholesky",
     "cholesky_solve",
+    "inverse_root",
     "joseph",
     "lower_root",
     "sandwich",
@@ -99,6 +100,46 @@ def cholesky_solve(L: Array, B: Array) -> Array:
     return solve_upper(L.mT, solve_lower(L, B))
 
 
+def inverse_root(S: Array, what: str) -> Array:
+    """Return L^-1, lower triangular, of positive definite S = L L^T (..., m, m).
+
+    Up to three rows in closed form over the stack: for a hundred runs a quarter of the time of a
+    factorisation and a substitution.
+
+    Raises
+    ------
+    NumericalError
+        As `cholesky`.
+    """
+    if S.shape[-1] <= _FEW:
+        with np.errstate(invalid="ignore", divide="ignore"):
+            root = _inverse_of_few(S)
+        if np.isfinite(root).all():
+            return root
+    return solve_lower(cholesky(S, what), np.eye(S.shape[-1])[None])
+
+
+def _inverse_of_few(S: Array) -> Array:
+    """Inverse root of up to three rows; not finite where S is not positive definite."""
+    rows = S.shape[-1]
+    M = np.zeros(S.shape)
+    first = 1.0 / np.sqrt(S[..., 0, 0])
+    M[..., 0, 0] = first
+    if rows > 1:
+        a = S[..., 1, 0] * first  # entries of L below its diagonal: a, b; c
+        second = 1.0 / np.sqrt(S[..., 1, 1] - a * a)
+        M[..., 1, 1] = second
+        M[..., 1, 0] = -a * first * second
+    if rows > 2:
+        b = S[..., 2, 0] * first
+        c = (S[..., 2, 1] - b * a) * second
+        third = 1.0 / np.sqrt(S[..., 2, 2] - b * b - c * c)
+        M[..., 2, 2] = third
+        M[..., 2, 1] = -c * second * third
+        M[..., 2, 0] = (c * a * second - b) * first * third
+    return M
+
+
 def joseph(P: Array, K: Array, H: Array, R: Array) -> Array:
     """Return (I - K H) P (I - K H)^T + K R K^T, symmetric and never negative.
 
@@ -111,8 +152,13 @@ def joseph(P: Array, K: Array, H: Array, R: Array) -> Array:
     H : ndarray (..., m, n)
     R : ndarray (..., m, m)
     """
-    left = np.eye(P.shape[-1]) - K @ H
-    return symmetrise(sandwich(left, P) + sandwich(K, R))
+    left = K @ H
+    np.negative(left, out=left)
+    diagonal = np.einsum("...ii->...i", left)  # a view
+    diagonal += 1.0
+    whole = sandwich(left, P)
+    whole += sandwich(K, R)
+    return symmetrise(whole)
 
 
 def triangular_root(rows: Array) -> Array:

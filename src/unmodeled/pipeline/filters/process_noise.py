@@ -67,6 +67,9 @@ class WhiteAcceleration:
 
     def covariance(self, state: FilterState, dt: float) -> Array:
         """Return Q (n, n)."""
+        found = self._cache.get((state.mean.shape[1], dt))
+        if found is not None:
+            return found
         q = axis_values(self.density, "density", self.dimensions)
         blocks = ((dt**3 / 3.0, dt**2 / 2.0), (dt**2 / 2.0, dt))
         return _kept(self._cache, state.mean.shape[1], dt, q, blocks)
@@ -93,6 +96,9 @@ class HeldAcceleration:
 
     def covariance(self, state: FilterState, dt: float) -> Array:
         """Return Q (n, n)."""
+        found = self._cache.get((state.mean.shape[1], dt))
+        if found is not None:
+            return found
         q = axis_values(self.sigma, "sigma", self.dimensions) ** 2
         blocks = ((dt**4 / 4.0, dt**3 / 2.0), (dt**3 / 2.0, dt**2))
         return _kept(self._cache, state.mean.shape[1], dt, q, blocks)
@@ -106,12 +112,10 @@ def _kept(
     blocks: tuple[tuple[float, float], tuple[float, float]],
 ) -> Array:
     """Return the matrix for one size and step; steps repeat, so the last ones are kept."""
-    found = cache.get((n, dt))
-    if found is None:
-        d = len(q)
-        found = np.zeros((n, n))
-        found[: 2 * d, : 2 * d] = np.kron(np.array(blocks), np.diag(q))
-        if len(cache) > 256:  # irregular times: do not grow without end
-            cache.clear()
-        cache[n, dt] = found
-    return found
+    d = len(q)
+    made = np.zeros((n, n))
+    made[: 2 * d, : 2 * d] = np.kron(np.array(blocks), np.diag(q))
+    if len(cache) > 256:  # irregular times: do not grow without end
+        cache.clear()
+    cache[n, dt] = made
+    return made

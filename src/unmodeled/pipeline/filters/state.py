@@ -89,8 +89,9 @@ class FilterState:
     @property
     def sigma(self) -> Array:
         """Standard deviations (b, n)."""
-        root = np.sqrt(np.maximum(np.diagonal(self.covariance, axis1=-2, axis2=-1), 0.0))
-        return np.broadcast_to(root, self.mean.shape)
+        variance = np.maximum(np.einsum("...ii->...i", self.covariance), 0.0)
+        root: Array = np.sqrt(variance, out=variance)
+        return root if root.shape == self.mean.shape else np.broadcast_to(root, self.mean.shape)
 
 
 @dataclass(frozen=True, slots=True)

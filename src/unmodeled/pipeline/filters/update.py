@@ -10,12 +10,7 @@ import numpy.typing as npt
 from scipy.stats import chi2
 
 from unmodeled.core.arrays import Array
-from unmodeled.pipeline.filters.algebra import (
-    cholesky,
-    joseph,
-    solve_lower,
-    times,
-)
+from unmodeled.pipeline.filters.algebra import inverse_root, joseph, times
 from unmodeled.pipeline.filters.state import Booleans
 
 __all__ = [
@@ -123,15 +118,14 @@ def correct(
     H, R, innovation = mask_rows(H, R, innovation, used)
     HP = H @ P
     S = HP @ np.ascontiguousarray(H.mT) + R
-    L = cholesky(S, "the innovation covariance")
     # The inverse of the triangular factor, m x m: as stable as a substitution for each column
     # (its errors are those of L, not of S), and a third of the time for many runs.
-    inverse = solve_lower(L, np.eye(S.shape[-1])[None])
+    inverse = inverse_root(S, "the innovation covariance")
     whitened = inverse @ HP
     half = times(inverse, innovation)
-    nis = (half * half).sum(axis=-1)
+    nis = np.einsum("bi,bi->b", half, half)
     freedom, accepted = accept(nis, used, innovation.shape, gate)
-    K = np.ascontiguousarray((inverse.mT @ whitened).mT)
+    K = np.ascontiguousarray(whitened.mT) @ inverse
     if not accepted.all() and (accepted.any() or len(K) > 1):
         K = np.where(accepted[:, None, None], K, 0.0)
     elif not accepted.any():

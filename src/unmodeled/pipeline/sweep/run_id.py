@@ -111,6 +111,9 @@ def _settle_data(data: dict[str, Any], config: CharacterizationConfig, folders: 
 
 def _settle_field(field: dict[str, Any], config: CharacterizationConfig, folders: Any) -> None:
     field["spin_rate"] = load_body(config.body).spin_rate
+    for key in ("shape", "masses"):  # ids of fields from before these keys stay
+        if field[key] is None:
+            del field[key]
     if field["file"] is not None:
         field["file"] = _file_digest(find_trajectory(field["file"], folders, "data.field.file"))
 
