@@ -99,7 +99,7 @@ def three_sigma_figure(result: NavigationResult, names: tuple[str, ...]) -> Figu
                 _phases(a, result, per, named=j == 0)
                 bound = 3.0 * f.sigma[at, j]
                 shown = _limit(result, f, j)
-                factor, prefix = engineering(shown)
+                factor, prefix = engineering(1.15 * shown)
                 a.fill_between(
                     times[at] / per,
                     -bound * factor,
