@@ -16,6 +16,7 @@ from unmodeled.reports.figures.navigation import (
     error_figure,
     three_sigma_figure,
 )
+from unmodeled.reports.numbers import number
 from unmodeled.reports.sections import Drawn, Section
 from unmodeled.reports.tables import Table
 
@@ -72,7 +73,8 @@ def navigation_words(result: NavigationResult) -> list[str]:
         f"{runs} Monte-Carlo runs on one true flight, {len(result.flight.times)} epochs; the same "
         f"draws for all filters, seed {result.config.seed}.",
         f"No filter that knows the forces can do better than the Riccati floor, "
-        f"{_metres(result.floor_position_m)} in position and {result.floor_velocity_m_s:.2g} m/s.",
+        f"{_metres(result.floor_position_m)} in position and "
+        f"{number(result.floor_velocity_m_s)} m/s.",
         *result.notes,
     ]
     for row in result.table[result.table["failure"] != ""].to_dict(orient="records"):
@@ -86,16 +88,16 @@ def navigation_words(result: NavigationResult) -> list[str]:
         row = _least(best if not best.empty else table, "position_rmse_m")
         return [
             f"{row['filter']} has the smallest position error, {_metres(row['position_rmse_m'])} "
-            f"root mean square and {row['velocity_rmse_m_s']:.2g} m/s.",
+            f"root mean square and {number(row['velocity_rmse_m_s'])} m/s.",
             *basis,
         ]
     one = _least(simple, "position_rmse_m")
     other = _least(learned, "position_rmse_m")
     sentence = (
         f"The best learned filter, {other['filter']}, has {_metres(other['position_rmse_m'])} and "
-        f"{other['velocity_rmse_m_s']:.2g} m/s root mean square; the best simple one, "
+        f"{number(other['velocity_rmse_m_s'])} m/s root mean square; the best simple one, "
         f"{one['filter']}, has {_metres(one['position_rmse_m'])} and "
-        f"{one['velocity_rmse_m_s']:.2g} m/s."
+        f"{number(one['velocity_rmse_m_s'])} m/s."
     )
     for phase in result.flight.phases:
         key = f"max_in_{phase}_m"
@@ -125,7 +127,8 @@ def _sections(result: NavigationResult) -> list[Section]:
                     error_figure(result),
                     "Position and velocity error of each filter against time, with the floor",
                     "Root mean square over runs of the length of the error; between the drawn "
-                    "points the root mean square in time. Shaded: without measurements.",
+                    "points the root mean square in time."
+                    + (" Shaded: without measurements." if result.flight.phases else ""),
                 ),
             ),
             tables=(_table(result),),
@@ -144,7 +147,7 @@ def _sections(result: NavigationResult) -> list[Section]:
                         three_sigma_figure(result, shown),
                         "Position error on three axes within three stated standard deviations",
                         "First run. Grey: three stated standard deviations. The scale is that of "
-                        "the time after settling.",
+                        "the errors after settling with measurements; in gaps a line may leave it.",
                     ),
                 ),
                 tables=(_consistency(result),),
@@ -162,7 +165,8 @@ def _sections(result: NavigationResult) -> list[Section]:
                         disturbance_figure(result, _chosen(result, estimating)),
                         "True and estimated disturbance on three axes",
                         "What truly acts beyond the filters' base model, and what filters make of "
-                        "it: states of DMC, networks, harmonics. First run.",
+                        "it: states of DMC, networks, harmonics. First run; what lies outside the "
+                        "panel is noise of an estimate.",
                     ),
                 ),
             )
@@ -227,15 +231,23 @@ def _consistency(result: NavigationResult) -> Table:
         )
         for row in result.table.to_dict(orient="records")
     )
-    note = "NEES of six states is 6, NIS a component 1 for a filter that knows how wrong it is."
+    free = int(result.flight.free.sum())
+    note = (
+        f"NEES of {free} states is {free}, NIS a component 1 for a filter that knows how wrong it "
+        "is. The list at the top counts gaps, too."
+    )
+    if free < 6:
+        note += " The flight stays in its plane: there is nothing to be wrong about across it."
     return Table("Consistency", columns, rows, note, learners=False)
 
 
 def _cell(value: float | None) -> str:
     if value is None or pd.isna(value):
         return "–"
-    return f"{float(value):.3g}"
+    return number(float(value), 3)
 
 
 def _metres(value: float) -> str:
-    return f"{1e3 * value:.3g} mm" if value < 0.1 else f"{value:.3g} m"
+    if value >= 1e3:
+        return f"{number(value / 1e3, 3)} km"
+    return f"{number(1e3 * value, 3)} mm" if value < 0.1 else f"{number(value, 3)} m"

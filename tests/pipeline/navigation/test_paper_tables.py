@@ -134,7 +134,10 @@ def test_learning_rules_find_the_disturbance(sparse):
         "gap_orbits": None,
         "settle_s": 4000.0,
         "runs": 2,
-        "tuning": {"gradient": {"noise": 3e-6, "rate": 0.1, "relaxation": 0.99}, "kf": {"noise": 1}},
+        "tuning": {
+            "gradient": {"noise": 3e-6, "rate": 0.1, "relaxation": 0.99},
+            "kf": {"noise": 1},
+        },
     }
     config = load_scenario(SPARSE, **changes)
     flight = formation_flight(config)
@@ -163,3 +166,20 @@ def test_the_observer_flies_where_the_whole_state_is_measured(dense, sparse):
             np.zeros((1, 6)),
             {"position_gain": 0.1, "velocity_gain": 0.1, "noise": 1e-6, "rate": 1e-3},
         )
+
+
+@pytest.mark.parametrize(("source", "most"), [("integrated", 1e-9), ("measured", 3e-8)])
+def test_the_target_may_be_known_by_measurement_only(source, most, sparse):
+    """Accelerations of the nonlinear model differ from those about the known orbit, m/s2."""
+    config, known = sparse
+    config = config.model_copy(
+        update={"reference": config.reference.model_copy(update={"source": source})}
+    )
+    flight = formation_flight(config)
+    assert known.nonlinear is not None
+    assert flight.nonlinear is not None
+    for k in (3, 50, 200):
+        x, t = known.truth[k : k + 1], float(known.times[k])
+        difference = flight.nonlinear.rates(x, t)[0] - known.nonlinear.rates(x, t)[0]
+        assert np.abs(difference).max() < most
+    np.testing.assert_array_equal(flight.disturbance, known.disturbance)

@@ -85,8 +85,9 @@ def train_residual_network(
     All training samples in each step, Adam, mean squared error: [Fereoli2024] Table II, which
     has 200,000 epochs at 1e-4. Its three hidden layers of 10 have 323 parameters; the 433 that
     the text counts are those of four, ``hidden=(10, 10, 10, 10)``. Inputs and labels are
-    centred and scaled by axis (the paper does not say); an axis that does not vary is left out
-    by a scale of one.
+    centred and scaled by axis (the paper does not say). An input that does not vary is left out
+    by a scale of one; an axis of the labels that does not vary is not trained and answered with
+    its value, for what an untrained output leaves there would count against the others.
 
     Parameters
     ----------
@@ -124,9 +125,14 @@ def train_residual_network(
     cut = round(training_share * len(X))
     train, validate = order[:cut], order[cut:]
     x_mean, x_scale = _scaling(X[train])
-    y_mean, y_scale = _scaling(y[train])
+    y_mean, y_spread = _scaling(y[train])
+    varies = np.ptp(y[train], axis=0) > 0.0
+    y_scale = np.where(varies, y_spread, 0.0)
     inputs = torch.from_numpy((X[train] - x_mean) / x_scale)
-    targets = torch.from_numpy((y[train] - y_mean) / y_scale)
+    targets = torch.from_numpy((y[train] - y_mean) / y_spread)
+    trained = torch.from_numpy(np.flatnonzero(varies))
+    if not varies.any():
+        raise DataError("no label varies", do="train on estimates of a disturbance")
     layers = _layers((6, *hidden, 3), seed)
     parameters = [p for pair in layers for p in pair]
     optimizer = torch.optim.Adam(parameters, lr=learning_rate)
@@ -138,7 +144,8 @@ def train_residual_network(
         h = inputs
         for weight, bias in layers[:-1]:
             h = torch.relu(torch.nn.functional.linear(h, weight, bias))
-        loss = torch.mean((torch.nn.functional.linear(h, *layers[-1]) - targets) ** 2)
+        wrong = torch.nn.functional.linear(h, *layers[-1]) - targets
+        loss = torch.mean(wrong[:, trained] ** 2)
         optimizer.zero_grad()
         loss.backward()  # type: ignore[no-untyped-call]
         optimizer.step()

@@ -97,6 +97,16 @@ class Flight:
             counted = counted & ~((self.times >= start) & (self.times <= end))
         return counted
 
+    @property
+    def free(self) -> Booleans:
+        """States (6,) that are not known exactly from the start to the end.
+
+        A flight in a plane has four; process noise makes filters unsure of the others, but there
+        is nothing to be wrong about.
+        """
+        unsure: Booleans = self.start_sigma > 0.0
+        return unsure
+
     def during(self, phase: str) -> Booleans:
         """Epochs (k,) of a phase."""
         start, end = self.phases[phase]

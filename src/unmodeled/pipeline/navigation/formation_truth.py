@@ -11,6 +11,7 @@ from scipy.interpolate import CubicSpline
 from unmodeled.core.arrays import Array
 from unmodeled.core.constants import GM_OF, RADIUS_OF
 from unmodeled.core.relative_frame import relative_from_inertial
+from unmodeled.core.seeds import Streams
 from unmodeled.datasets.bodies import load_body
 from unmodeled.datasets.elements import kepler_period, state_from_elements
 from unmodeled.models.physics import (
@@ -23,11 +24,18 @@ from unmodeled.models.physics import (
     Zonal,
     egm2008_values,
 )
-from unmodeled.models.physics.motion import ClohessyWiltshire, ReferenceOrbit, XuWang
-from unmodeled.models.physics.motion.reference_orbit import Oblate
+from unmodeled.models.physics.motion import (
+    ClohessyWiltshire,
+    MeasuredReference,
+    ReferenceOrbit,
+    XuWang,
+)
+from unmodeled.models.physics.motion.reference_orbit import Oblate, reference_variables
+from unmodeled.models.physics.motion.xu_wang import Reference
 from unmodeled.pipeline.cases.surroundings import Surroundings
 from unmodeled.pipeline.filters.interfaces import RateModel
 from unmodeled.pipeline.filters.linear import LinearMeasurement
+from unmodeled.pipeline.filters.state import Booleans
 from unmodeled.pipeline.navigation.flight import Flight
 from unmodeled.pipeline.navigation.scenario_config import CraftConfig, FormationConfig
 
@@ -57,8 +65,9 @@ _MARGIN = 60.0  # s of track beyond the end, for the integrator's last step
 def formation_flight(config: FormationConfig) -> Flight:
     """Fly both spacecraft.
 
-    The filter's base is Clohessy-Wiltshire, the nonlinear model Xu-Wang about the true orbit of
-    the target: it misses higher harmonics, air and light. The exact model is told what is missing.
+    The filter's base is Clohessy-Wiltshire, the nonlinear model Xu-Wang about the orbit of the
+    target as it is known (``reference``): it misses higher harmonics, air and light. The exact
+    model is told what is missing.
     """
     field = egm2008_values(max(config.degree, 2))
     gm, radius = field["GM"], field["R_ref"]
@@ -81,18 +90,19 @@ def formation_flight(config: FormationConfig) -> Flight:
 
     body = Oblate(gm, j2, radius)
     base = ClohessyWiltshire(2.0 * math.pi / period)
-    nonlinear = XuWang(ReferenceOrbit.from_states(times, target, body))
+    known = XuWang(ReferenceOrbit.from_states(times, target, body))
     acceleration = _rate_of(times, truth)
     said = np.concatenate(
-        [nonlinear.rates(x[None], float(t))[0][:, 3:] for x, t in zip(truth, times, strict=True)]
+        [known.rates(x[None], float(t))[0][:, 3:] for x, t in zip(truth, times, strict=True)]
     )
-    exact = _Told(nonlinear, CubicSpline(times, acceleration - said))
+    exact = _Told(known, CubicSpline(times, acceleration - said))
     gap = config.gap_orbits
     phases = {} if gap is None else {"gap": (gap[0] * period, gap[1] * period)}
     used = np.ones(len(times), dtype=bool)
     used[0] = False
     for start, end in phases.values():
         used &= ~((times > start) & (times <= end))
+    nonlinear = XuWang(_reference(config, times, target, used, body))
     m = config.measured
     columns = [0, 1, 2] if not m.velocity_m_s else [0, 1, 2, 3, 4, 5]
     sigmas = [m.position_m] * 3 + [m.velocity_m_s] * 3
@@ -115,6 +125,22 @@ def formation_flight(config: FormationConfig) -> Flight:
         axes=("radial", "transverse", "normal"),
         facts={"period_s": period, "farthest_m": float(np.abs(truth[:, :3]).max())},
     )
+
+
+def _reference(
+    config: FormationConfig, times: Array, target: Array, used: Booleans, body: Oblate
+) -> Reference:
+    """Return the target's orbit as the filters know it; one draw of its noise for all runs."""
+    how = config.reference
+    if how.source == "known":
+        return ReferenceOrbit.from_states(times, target, body)
+    if how.source == "integrated":
+        return ReferenceOrbit.integrated(reference_variables(target[:1])[0], times, body)
+    rng = Streams(config.seed).generator("navigate.reference")
+    positions = target[:, :3] + how.position_m * rng.normal(size=(len(times), 3))
+    seen = used.copy()
+    seen[0] = True
+    return MeasuredReference.from_positions(times, positions, body, seen, how.order)
 
 
 def _rate_of(times: Array, truth: Array) -> Array:

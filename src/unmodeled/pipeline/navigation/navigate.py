@@ -173,7 +173,7 @@ def fly(
         flown.append(made)
         rows.append(row | numbers | {"failure": ""})
     scale = np.repeat([flight.scale.length, flight.scale.speed], 3)
-    floor = floor * scale
+    floor = floor * scale * flight.free
     counted = flight.settled
     return NavigationResult(
         config,
@@ -197,9 +197,12 @@ def _judge(
     error[..., 3:] *= scale.speed
     distance = np.linalg.norm(error[..., :3], axis=2)
     speed = np.linalg.norm(error[..., 3:], axis=2)
-    stated = np.sqrt((run.sigma[..., :3] ** 2).sum(axis=2).mean(axis=1)) * scale.length
+    stated = (
+        np.sqrt((run.sigma[..., :3][..., flight.free[:3]] ** 2).sum(axis=2).mean(axis=1))
+        * scale.length
+    )
     first = int(np.argmax(flight.times >= flight.settle))
-    judged = consistency(run, states=6, start=first)
+    judged = consistency(run, states=int(flight.free.sum()), start=first)
     assert judged.nees is not None
     assert judged.nees_bounds is not None
     assert run.nees is not None

@@ -56,6 +56,18 @@ class MeasuredConfig(Section):
     velocity_m_s: NonNegative = 0.0
 
 
+class ReferenceConfig(Section):
+    """How a formation's filter knows the target's orbit; the last two for ``measured``.
+
+    ``position_m``: sigma on each inertial axis. ``order``: of the backward difference that gives
+    velocities; 1 is that of [Marchese2023].
+    """
+
+    source: Literal["known", "integrated", "measured"] = "known"
+    position_m: NonNegative = 0.1
+    order: Literal[1, 2] = 2
+
+
 class StartConfig(Section):
     """Standard deviations of the first guess, and those that the filter believes."""
 
@@ -96,7 +108,9 @@ class FormationConfig(Common):
     """Two spacecraft in low Earth orbit, each propagated by itself.
 
     ``settle_s``: errors count from there. ``gap_orbits``: first and last orbit without
-    measurements.
+    measurements. ``reference``: how the target's orbit, about which the nonlinear model and the
+    PINN's physics are written, is known: exactly, integrated under J2 from its start, or from
+    its measured positions.
     """
 
     kind: Literal["formation"]
@@ -110,6 +124,7 @@ class FormationConfig(Common):
     duration_s: Positive
     measured: MeasuredConfig
     start: StartConfig
+    reference: ReferenceConfig = Field(default_factory=lambda: ReferenceConfig())
     settle_s: NonNegative
     gap_orbits: tuple[NonNegative, NonNegative] | None = None
 

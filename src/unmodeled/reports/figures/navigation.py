@@ -34,8 +34,9 @@ FILTER_COLOURS = {
     "learned": "#332288",
     "network": "#AA4499",
 }
-_BAND, _PHASE = "#E2E7EC", "#F6E7CF"
+_BAND, _PHASE, _TRUTH = "#B4C0CC", "#F6E7CF", "#B8C0C8"
 _MOST = 1500
+_MOST_COLUMNS = 6
 
 
 def error_figure(result: NavigationResult) -> Figure:
@@ -79,7 +80,8 @@ def error_figure(result: NavigationResult) -> Figure:
             a.set_ylabel(si)
         axes[-1].set_xlabel(f"time, {unit}")
         handles, labels = axes[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside upper center", ncols=5)
+        columns = len(labels) if len(labels) <= _MOST_COLUMNS else (len(labels) + 1) // 2
+        figure.legend(handles, labels, loc="outside upper center", ncols=columns)
     return figure
 
 
@@ -94,12 +96,17 @@ def three_sigma_figure(result: NavigationResult, names: tuple[str, ...]) -> Figu
         for column, f in zip(grid.T, chosen, strict=True):
             column[0].set_title(f.name)
             for j, a in enumerate(column):
-                _phases(a, result, per)
+                _phases(a, result, per, named=j == 0)
                 bound = 3.0 * f.sigma[at, j]
                 shown = _limit(result, f, j)
-                factor, prefix = engineering(shown)
+                factor, prefix = engineering(1.15 * shown)
                 a.fill_between(
-                    times[at] / per, -bound * factor, bound * factor, color=_BAND, linewidth=0
+                    times[at] / per,
+                    -bound * factor,
+                    bound * factor,
+                    color=_BAND,
+                    alpha=0.55,  # a gap must show through
+                    linewidth=0,
                 )
                 a.plot(
                     times[at] / per,
@@ -122,16 +129,25 @@ def disturbance_figure(result: NavigationResult, names: tuple[str, ...]) -> Figu
     with figure_style():
         figure = new_figure(5.2)
         axes = figure.subplots(3, sharex=True)
+        sizes = np.abs(truth[settled]).max(axis=0)
+        factor, prefix = engineering(float(sizes.max()))  # one unit for all three
         for j, a in enumerate(axes):
             # an axis on which nothing acts is drawn on the scale of the others
-            largest = float(np.abs(truth[settled, j]).max() or np.abs(truth[settled]).max())
+            largest = float(sizes[j] or sizes.max())
+            most = max(3.0 * largest, float(sizes.max()))
             for name in names:
                 estimate = result[name].disturbance
                 if estimate is not None:
                     spread = float(np.quantile(np.abs(estimate[settled, j]), 0.995))
-                    largest = max(largest, min(spread, 3.0 * largest))
-            factor, prefix = engineering(largest)
-            _phases(a, result, per)
+                    largest = max(largest, min(spread, most))
+            _phases(a, result, per, named=j == 0)
+            a.plot(
+                times[at] / per,
+                truth[at, j] * factor,
+                color=_TRUTH,
+                linewidth=3.0,
+                label="truth",
+            )
             for name in names:
                 estimate = result[name].disturbance
                 if estimate is not None:
@@ -142,14 +158,6 @@ def disturbance_figure(result: NavigationResult, names: tuple[str, ...]) -> Figu
                         color=FILTER_COLOURS.get(name, "#6B4C9A"),
                         label=name,
                     )
-            a.plot(
-                times[at] / per,
-                truth[at, j] * factor,
-                color="black",
-                linewidth=1.2,
-                linestyle="--",
-                label="truth",
-            )
             a.set_ylim(-1.2 * largest * factor, 1.2 * largest * factor)
             a.set_ylabel(f"{result.flight.axes[j]}, {prefix}m/s²")
         axes[-1].set_xlabel(f"time, {unit}")
@@ -179,10 +187,12 @@ def _blocks(values: Array, at: npt.NDArray[np.intp]) -> Array:
     return found
 
 
-def _phases(a: Axes, result: NavigationResult, per: float) -> None:
+def _phases(a: Axes, result: NavigationResult, per: float, named: bool = True) -> None:
     scale = result.flight.scale.time
     for name, (start, end) in result.flight.phases.items():
         a.axvspan(start * scale / per, end * scale / per, color=_PHASE, linewidth=0, zorder=0)
+        if not named:
+            continue
         a.text(
             0.5 * (start + end) * scale / per,
             0.97,
@@ -196,7 +206,7 @@ def _phases(a: Axes, result: NavigationResult, per: float) -> None:
 
 
 def _limit(result: NavigationResult, f: Flown, j: int) -> float:
-    """Return what a panel shows: settled errors and sigmas; the start would hide the rest."""
-    later = result.flight.times >= result.flight.settle
+    """Return what a panel shows: the epochs that count; start and gaps would hide the rest."""
+    later = result.flight.settled
     size = max(float(np.abs(f.error[later, j]).max()), 3.0 * float(f.sigma[later, j].max()))
     return size if size > 0.0 else 1.0

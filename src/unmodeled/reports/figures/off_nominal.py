@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from unmodeled.reports.figures.log_axes import LogRange, decades
 from unmodeled.reports.figures.navigation import FILTER_COLOURS
@@ -51,6 +52,9 @@ def off_nominal_figure(table: pd.DataFrame) -> Figure:
             decades(a.yaxis, shown)
             a.set_ylim(*shown.limits)
             a.set_ylabel(label)
+        axes[-1].xaxis.set_major_locator(FixedLocator([0.1, 0.3, 1.0, 3.0, 10.0]))
+        axes[-1].xaxis.set_minor_locator(NullLocator())
+        axes[-1].xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
         axes[-1].set_xlabel("Q (observer: gain) over the nominal one")
         handles, labels = axes[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper center", ncols=6)

@@ -33,6 +33,7 @@ from unmodeled.reports.reproduction.marchese_tables import (
     answer_integration,
     answer_learning,
 )
+from unmodeled.reports.reproduction.network_training import answer_training
 from unmodeled.reports.reproduction.noise_figures import answer_fig12, answer_fig13
 from unmodeled.reports.reproduction.off_nominal_table import answer_off_nominal
 from unmodeled.reports.reproduction.published import PublishedFigure, published_figure
@@ -53,6 +54,7 @@ _OWN: dict[str, Callable[[PublishedFigure, bool, Callable[[int, int], None] | No
     "marchese-table3.5": answer_fits,
     "marchese-table3.6": answer_fits,
     "marchese-table3.7": answer_learning,
+    "fereoli-fig10": answer_training,
 }
 
 

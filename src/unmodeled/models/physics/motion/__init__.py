@@ -7,6 +7,7 @@ are faster, and each is tested against the symbols.
 
 from unmodeled.models.physics.motion.central_body import CentralBody
 from unmodeled.models.physics.motion.clohessy_wiltshire import ClohessyWiltshire
+from unmodeled.models.physics.motion.measured_reference import MeasuredReference
 from unmodeled.models.physics.motion.reference_orbit import ReferenceOrbit, reference_variables
 from unmodeled.models.physics.motion.three_body import RestrictedThreeBody
 from unmodeled.models.physics.motion.xu_wang import XuWang
@@ -14,6 +15,7 @@ from unmodeled.models.physics.motion.xu_wang import XuWang
 __all__ = [
     "CentralBody",
     "ClohessyWiltshire",
+    "MeasuredReference",
     "ReferenceOrbit",
     "RestrictedThreeBody",
     "XuWang",

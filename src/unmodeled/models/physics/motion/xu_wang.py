@@ -3,13 +3,27 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from unmodeled.core.arrays import Array
-from unmodeled.models.physics.motion.reference_orbit import Oblate, ReferenceOrbit
+from unmodeled.models.physics.motion.reference_orbit import Oblate
 
-__all__ = ["XuWang", "frame_rates", "xu_wang_rates"]
+__all__ = ["Reference", "XuWang", "frame_rates", "xu_wang_rates"]
+
+
+class Reference(Protocol):
+    """The target's orbit: `ReferenceOrbit`, or `MeasuredReference` as on board."""
+
+    @property
+    def body(self) -> Oblate:
+        """What the target flies about."""
+        ...
+
+    def at(self, t: float) -> Array:
+        """Return the five variables (5,) at ``t``, s."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -28,11 +42,11 @@ class XuWang:
 
     Parameters
     ----------
-    reference : ReferenceOrbit
+    reference : Reference
         The target's orbit.
     """
 
-    reference: ReferenceOrbit
+    reference: Reference
 
     @property
     def size(self) -> int:
