@@ -242,4 +242,5 @@ register(Entry("exact", "true model", {"noise": _NAN}, _exact, "reference"))
 
 def _load() -> None:
     """Import the modules that register further filters."""
-    import unmodeled.pipeline.navigation.learning_contestants  # noqa: F401
+    import unmodeled.pipeline.navigation.learning_contestants
+    import unmodeled.pipeline.navigation.periodic_contestant  # noqa: F401
