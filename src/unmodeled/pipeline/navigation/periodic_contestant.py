@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
+from scipy.interpolate import make_interp_spline
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import ConfigError
@@ -23,7 +24,10 @@ from unmodeled.pipeline.navigation.contestants import (
 )
 from unmodeled.pipeline.navigation.flight import Flight
 
-__all__ = ["periodic_accelerations", "periodic_filter"]
+#: What a mission would assume of surfaces before it flies; the true ones may be others.
+REFLECTIVITY, DRAG_COEFFICIENT = 1.3, 2.2
+
+__all__ = ["DRAG_COEFFICIENT", "REFLECTIVITY", "periodic_accelerations", "pushed_filter"]
 
 
 def periodic_accelerations(latitude: Array, harmonics: int) -> Array:
@@ -41,28 +45,74 @@ def periodic_accelerations(latitude: Array, harmonics: int) -> Array:
     return np.kron(series[:, None, :], np.eye(3))
 
 
-def periodic_filter(flight: Flight, starts: Array, n: Mapping[str, float]) -> Contestant:
-    """Return the filter whose weights of constant and periodic accelerations are states.
-
-    What the target's orbit does to relative motion (eccentricity, J2) is linear and known before;
-    what differs between two spacecraft (air, light) repeats from one revolution to the next. Both
-    have coefficients of time alone: one covariance and one gain serve all runs.
-    """
-    physics = flight.nonlinear
-    if not isinstance(physics, XuWang):
-        raise ConfigError(
-            f"{flight.title} has no known orbit of a target", do="leave periodic out of the filters"
-        )
+def _periodic(flight: Flight, starts: Array, n: Mapping[str, float]) -> Contestant:
     harmonics = int(n["harmonics"])
     if harmonics < 0:
         raise ConfigError(f"harmonics is {harmonics}", allowed="an integer >= 0")
-    more = 3 * (2 * harmonics + 1)
+    reference = _physics(flight, "periodic").reference
 
     def push(times: Array) -> Array:
-        return periodic_accelerations(physics.reference.at(times)[:, 4], harmonics)
+        return periodic_accelerations(reference.at(times)[:, 4], harmonics)
+
+    sigma = np.full(3 * (2 * harmonics + 1), n["sigma"])
+    return pushed_filter(flight, starts, push, sigma, n)
+
+
+def _effects(flight: Flight, starts: Array, n: Mapping[str, float]) -> Contestant:
+    _physics(flight, "effects")
+    if not flight.suspects:
+        raise ConfigError(
+            f"{flight.name} has no effect beyond the target's orbit",
+            do="leave effects out of the filters",
+        )
+    light, air = (flight.suspects[name] for name in ("light", "air"))
+    pushes = np.stack([REFLECTIVITY * light + DRAG_COEFFICIENT * air, air], axis=2)
+    sigma = n["sigma"] * np.array([1.0, n["apart"] * DRAG_COEFFICIENT])
+    # linear between epochs: the edge of the shadow is sharp, and a cubic would ring there
+    between = make_interp_spline(flight.times, pushes, k=1)
+    return pushed_filter(flight, starts, between, sigma, n)
+
+
+def _physics(flight: Flight, name: str) -> XuWang:
+    if not isinstance(flight.nonlinear, XuWang):
+        raise ConfigError(
+            f"{flight.title} has no known orbit of a target",
+            do=f"leave {name} out of the filters",
+        )
+    return flight.nonlinear
+
+
+def pushed_filter(
+    flight: Flight,
+    starts: Array,
+    push: Callable[[Array], Array],
+    sigma: Array,
+    n: Mapping[str, float],
+) -> Contestant:
+    """Return the filter of linear motion about the target's orbit with accelerations as states.
+
+    What the target's orbit does to relative motion (eccentricity, J2) is linear and known before;
+    what differs between the spacecraft (air, light) is a sum of known functions of time with
+    unknown weights. All coefficients are functions of time: one covariance and one gain serve all
+    runs.
+
+    Parameters
+    ----------
+    flight : Flight
+        Of a formation.
+    starts : ndarray (b, 6)
+    push : callable
+        Accelerations (k, 3, weights) of unit weights at times (k,), m/s2.
+    sigma : ndarray (weights,)
+        Standard deviations before the flight.
+    n : mapping of str to float
+        ``noise`` and ``drift``, the random walk of each weight in a root second.
+    """
+    weights = len(sigma)
+    physics = _physics(flight, "such filters")
 
     def matrices(times: Array) -> Array:
-        A = np.zeros((len(times), 6 + more, 6 + more))
+        A = np.zeros((len(times), 6 + weights, 6 + weights))
         A[:, :6, :6] = physics.linear(times)
         A[:, 3:6, 6:] = push(times)
         return A
@@ -73,11 +123,11 @@ def periodic_filter(flight: Flight, starts: Array, n: Mapping[str, float]) -> Co
         residual = np.concatenate([known - own, push(run.times)], axis=2)
         return np.einsum("kij,kbj->kbi", residual, run.mean)
 
-    noise = WithWeightsNoise(WhiteAcceleration(n["noise"] ** 2), more, n["drift"] ** 2)
+    noise = WithWeightsNoise(WhiteAcceleration(n["noise"] ** 2), weights, n["drift"] ** 2)
     model = flight.flown(PlannedModel.of(matrices, flight.times))
     return Contestant(
-        ExtendedKalmanFilter(model, more_states(flight.measurement, 6 + more), noise),
-        begin(flight, starts, more, n["sigma"]),
+        ExtendedKalmanFilter(model, more_states(flight.measurement, 6 + weights), noise),
+        begin(flight, starts, weights, sigma),
         believed,
     )
 
@@ -88,7 +138,16 @@ register(
         "periodic",
         "linear about the target's orbit, periodic accelerations as states",
         {"noise": _NAN, "sigma": _NAN, "harmonics": 1.0, "drift": 0.0},
-        periodic_filter,
+        _periodic,
+        "learned",
+    )
+)
+register(
+    Entry(
+        "effects",
+        "linear about the target's orbit, area (light, air) as states",
+        {"noise": _NAN, "sigma": _NAN, "apart": 0.3, "drift": 0.0},
+        _effects,
         "learned",
     )
 )

@@ -174,7 +174,8 @@ class ReferenceOrbit:
         if not (self.times[0] <= low and high <= self.times[-1]):
             wrong = low if low < self.times[0] else high
             raise DataError(
-                f"time {wrong:g} s", allowed=f"{self.times[0]:g} to {self.times[-1]:g} s, as the orbit"
+                f"time {wrong:g} s",
+                allowed=f"{self.times[0]:g} to {self.times[-1]:g} s, as the orbit",
             )
         values: Array = self._spline(t)
         return values
