@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import ConfigError, nearest
@@ -126,8 +127,8 @@ def build(name: str, flight: Flight, starts: Array, tuning: Mapping[str, float])
     return found.make(flight, starts, numbers)
 
 
-def begin(flight: Flight, starts: Array, more: int = 0, sigma: float = 0.0) -> FilterState:
-    """Return a start with ``more`` states of zero mean and standard deviation ``sigma``."""
+def begin(flight: Flight, starts: Array, more: int = 0, sigma: npt.ArrayLike = 0.0) -> FilterState:
+    """Return a start with ``more`` states of zero mean and standard deviations ``sigma``."""
     mean = np.hstack([starts, np.zeros((len(starts), more))])
     P = np.diag(np.concatenate([flight.believed_sigma, np.full(more, sigma)]) ** 2)
     return FilterState.of(mean, P, float(flight.times[0]))
@@ -243,4 +244,5 @@ register(Entry("exact", "true model", {"noise": _NAN}, _exact, "reference"))
 def _load() -> None:
     """Import the modules that register further filters."""
     import unmodeled.pipeline.navigation.learning_contestants
-    import unmodeled.pipeline.navigation.observer_contestant  # noqa: F401
+    import unmodeled.pipeline.navigation.observer_contestant
+    import unmodeled.pipeline.navigation.periodic_contestant  # noqa: F401

@@ -67,6 +67,9 @@ class Flight:
         The best model that the papers fly, where it is neither ``base`` nor ``exact``.
     facts : mapping of str to float
         What is worth knowing of the truth.
+    suspects : mapping of str to ndarray (k, 3)
+        Effects of the catalogue that may act: acceleration at each epoch for a unit of their
+        parameter, in the axes of the states. How much there is of each is not said.
     """
 
     name: str
@@ -88,6 +91,7 @@ class Flight:
     impulses: tuple[tuple[float, Array], ...] = ()
     nonlinear: RateModel | None = None
     facts: Mapping[str, float] = field(default_factory=dict)
+    suspects: Mapping[str, Array] = field(default_factory=dict)
 
     @property
     def settled(self) -> Booleans:

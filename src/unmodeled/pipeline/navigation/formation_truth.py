@@ -10,6 +10,7 @@ from scipy.interpolate import CubicSpline
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.constants import GM_OF, RADIUS_OF
+from unmodeled.core.frames import rtn_from_inertial, turned
 from unmodeled.core.relative_frame import relative_from_inertial
 from unmodeled.core.seeds import Streams
 from unmodeled.datasets.bodies import load_body
@@ -124,6 +125,7 @@ def formation_flight(config: FormationConfig) -> Flight:
         phases=phases,
         axes=("radial", "transverse", "normal"),
         facts={"period_s": period, "farthest_m": float(np.abs(truth[:, :3]).max())},
+        suspects={} if config.truth == "j2" else _suspects(models[0], times, target),
     )
 
 
@@ -141,6 +143,13 @@ def _reference(
     seen = used.copy()
     seen[0] = True
     return MeasuredReference.from_positions(times, positions, body, seen, how.order)
+
+
+def _suspects(model: Dynamics, times: Array, target: Array) -> dict[str, Array]:
+    """Return what light and air push where the target is, for a unit of area over mass."""
+    axes = rtn_from_inertial(target)
+    partials = model.parameter_partials(target, ["srp_CrA_m", "drag_B"], times)
+    return {name: turned(axes, partials[:, :, k]) for k, name in enumerate(("light", "air"))}
 
 
 def _rate_of(times: Array, truth: Array) -> Array:

@@ -107,7 +107,8 @@ def _rbf(kind: str) -> Callable[[Flight, Array, Mapping[str, float]], Contestant
             rule = GradientRule(features, n["rate"], n["relaxation"])
         else:
             rule = LyapunovRule(features, n["rate"], n["relaxation"], raw=n.get("raw", 0.0) > 0)
-        white = WhiteAcceleration(n["noise"] ** 2)
+        axes = np.array([n["radial"], 1.0, 1.0])
+        white = WhiteAcceleration((n["noise"] * axes) ** 2)
         noise: WhiteAcceleration | ForgettingNoise = white
         start = begin(flight, starts)
         if "alpha" in n:
@@ -252,7 +253,15 @@ def _needs_training(flight: Flight, starts: Array, n: Mapping[str, float]) -> Co
     )
 
 
-_NETWORK = {"noise": _NAN, "rate": _NAN, "neurons": 30.0, "eta": 1.0, "relaxation": 1.0}
+# radial: noise of the first axis, times that of the others
+_NETWORK = {
+    "noise": _NAN,
+    "rate": _NAN,
+    "neurons": 30.0,
+    "eta": 1.0,
+    "relaxation": 1.0,
+    "radial": 1.0,
+}
 register(
     Entry("rbf", "RBF network, Lyapunov rule", _NETWORK | {"raw": 0.0}, _rbf("lyapunov"), "learned")
 )

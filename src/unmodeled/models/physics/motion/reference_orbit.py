@@ -162,17 +162,20 @@ class ReferenceOrbit:
             raise NumericalError(f"the target's orbit was not integrated ({found.message})")
         return cls(t, found.y.T, body)
 
-    def at(self, t: float) -> Array:
-        """Return the variables (5,) at one time, s.
+    def at(self, t: npt.ArrayLike) -> Array:
+        """Return the variables (5,) at one time, s, or (k, 5) at times (k,).
 
         Raises
         ------
         DataError
             Outside the interval.
         """
-        if not self.times[0] <= t <= self.times[-1]:
+        low, high = (t, t) if isinstance(t, float) else (np.min(t), np.max(t))
+        if not (self.times[0] <= low and high <= self.times[-1]):
+            wrong = low if low < self.times[0] else high
             raise DataError(
-                f"time {t:g} s", allowed=f"{self.times[0]:g} to {self.times[-1]:g} s, as the orbit"
+                f"time {wrong:g} s",
+                allowed=f"{self.times[0]:g} to {self.times[-1]:g} s, as the orbit",
             )
         values: Array = self._spline(t)
         return values

@@ -57,24 +57,44 @@ class XuWang:
         """Return dx/dt (b, 6) and its Jacobian (b, 6, 6) at ``t``, s."""
         return xu_wang_rates(x, self.reference.at(t), self.reference.body)
 
+    def linear(self, times: Array) -> Array:
+        """Return the Jacobians (k, 6, 6) of the rates at the target itself, at ``times`` (k,), s.
+
+        dx/dt = A(t) x is the motion of a near chaser about an eccentric orbit under J2; what it
+        leaves out is of the order of distance over radius.
+        """
+        c, body = self.reference.at(times), self.reference.body
+        omega, alpha = frame_rates(c.T, body)
+        W, turn = _cross(omega), _cross(alpha)
+        place = np.zeros((len(c), 3))
+        place[:, 0] = c[:, 0]
+        _, gradient = _gravity(place, _pole(c.T), body)
+        A = np.zeros((len(c), 6, 6))
+        A[:, :3, 3:] = np.eye(3)
+        A[:, 3:, :3] = gradient - turn - W @ W
+        A[:, 3:, 3:] = -2.0 * W
+        return A
+
 
 def frame_rates(c: Array, body: Oblate) -> tuple[Array, Array]:
-    """Return angular velocity and acceleration of the target's axes, (3,) each in those axes.
+    """Return angular velocity and acceleration of the target's axes, (..., 3) in those axes.
 
     Along the radius: what J2 does to the plane; along the normal: h / r^2.
     """
     r, rate, h, i, u = c
     k, si, ci, su, cu = body.k, np.sin(i), np.cos(i), np.sin(u), np.cos(u)
     s2i = 2.0 * si * ci
-    omega = np.array([-k * s2i * su / (h * r**3), 0.0, h / r**2])
-    alpha = np.array(
+    none = np.zeros_like(r)
+    omega = np.stack([-k * s2i * su / (h * r**3), none, h / r**2], axis=-1)
+    alpha = np.stack(
         [
             -k * s2i * cu / r**5
             + 3.0 * rate * k * s2i * su / (r**4 * h)
             - 8.0 * k**2 * si**3 * ci * su**2 * cu / (r**6 * h**2),
-            0.0,
+            none,
             -2.0 * h * rate / r**3 - k * si**2 * 2.0 * su * cu / r**5,
-        ]
+        ],
+        axis=-1,
     )
     return omega, alpha
 
@@ -90,9 +110,7 @@ def xu_wang_rates(x: Array, c: Array, body: Oblate) -> tuple[Array, Array]:
         Variables of the target's orbit.
     body : Oblate
     """
-    r, i, u = c[0], c[3], c[4]
-    si = np.sin(i)
-    pole = np.array([si * np.sin(u), si * np.cos(u), np.cos(i)])
+    r, pole = c[0], _pole(c)
     omega, alpha = frame_rates(c, body)
     W, turn = _cross(omega), _cross(alpha)
     by_position = -turn - W @ W
@@ -111,14 +129,23 @@ def xu_wang_rates(x: Array, c: Array, body: Oblate) -> tuple[Array, Array]:
     return out, J
 
 
+def _pole(c: Array) -> Array:
+    """Axis of the body (..., 3) in the target's axes."""
+    si, u = np.sin(c[3]), c[4]
+    return np.stack([si * np.sin(u), si * np.cos(u), np.cos(c[3])], axis=-1)
+
+
 def _gravity(place: Array, pole: Array, body: Oblate) -> tuple[Array, Array]:
-    """Attraction (b, 3) and its gradient (b, 3, 3) at ``place`` from the body's centre."""
+    """Attraction (b, 3) and its gradient (b, 3, 3) at ``place`` (b, 3) from the body's centre.
+
+    The axis ``pole`` is (3,) or (b, 3).
+    """
     k = body.k
     r2 = (place * place).sum(axis=1)
     r3 = r2 * np.sqrt(r2)
     r5 = r3 * r2
     r7 = r5 * r2
-    Z = place @ pole
+    Z = (place * pole).sum(axis=1)
     n2 = body.gm / r3 + k / r5 - 5.0 * k * Z * Z / r7
     zeta = 2.0 * k * Z / r5
     pull = -n2[:, None] * place - zeta[:, None] * pole
@@ -126,11 +153,14 @@ def _gravity(place: Array, pole: Array, body: Oblate) -> tuple[Array, Array]:
     mixed = -10.0 * k * Z / r7
     grad_n2 = along[:, None] * place + mixed[:, None] * pole
     grad_zeta = (2.0 * k / r5)[:, None] * pole + mixed[:, None] * place
-    gradient = -place[:, :, None] * grad_n2[:, None, :] - pole[:, None] * grad_zeta[:, None, :]
+    gradient = -place[:, :, None] * grad_n2[:, None, :] - pole[..., :, None] * grad_zeta[:, None, :]
     gradient -= n2[:, None, None] * np.eye(3)
     return pull, gradient
 
 
 def _cross(v: Array) -> Array:
-    """Matrix of the cross product with v."""
-    return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+    """Matrices (..., 3, 3) of the cross product with v (..., 3)."""
+    out = np.zeros((*v.shape, 3), dtype=v.dtype)
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        out[..., j, i], out[..., i, j] = v[..., k], -v[..., k]
+    return out
