@@ -174,7 +174,8 @@ class _Search:
 
     @property
     def scan_degree(self) -> int:
-        return min(_SCAN_DEGREE, self.learner.degree)
+        highest = self.learner.degree
+        return _SCAN_DEGREE if isinstance(highest, str) else min(_SCAN_DEGREE, highest)
 
     def fit(self, rate: float, degree: int | None = None) -> tuple[HarmonicGP, Array]:
         """Return the field fitted at a rate, and the body-fixed positions."""

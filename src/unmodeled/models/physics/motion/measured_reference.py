@@ -113,27 +113,28 @@ class MeasuredReference:
         values[:, 4] = np.unwrap(values[:, 4])
         return cls(t, values, body)
 
-    def at(self, t: float) -> Array:
-        """Return the variables (5,) at one time, s.
+    def at(self, t: float | Array) -> Array:
+        """Return the variables (5,) at one time, s, or (k, 5) at times (k,).
 
         Raises
         ------
         DataError
             Before the first epoch.
         """
-        if t < self.times[0]:
-            raise DataError(f"time {t:g} s", allowed=f"from {self.times[0]:g} s")
-        k = int(np.searchsorted(self.times, t, side="right")) - 1
-        return _step(self.values[k], t - float(self.times[k]), self.body)
+        low = t if isinstance(t, float) else np.min(t)
+        if low < self.times[0]:
+            raise DataError(f"time {low:g} s", allowed=f"from {self.times[0]:g} s")
+        k = np.searchsorted(self.times, t, side="right") - 1
+        return _step(self.values[k].T, t - self.times[k], self.body).T
 
     def error(self, truth: ReferenceOrbit) -> Array:
         """Return the difference (n, 5) from a known orbit at the epochs."""
         return self.values - np.stack([truth.at(float(t)) for t in self.times])
 
 
-def _step(c: Array, dt: float, body: Oblate) -> Array:
-    """One Runge-Kutta step of the equations of the variables; at 30 s good to 1e-6 m."""
-    if dt == 0.0:
+def _step(c: Array, dt: float | Array, body: Oblate) -> Array:
+    """One Runge-Kutta step of the variables (5, ...); at 30 s good to 1e-6 m."""
+    if np.ndim(dt) == 0 and dt == 0.0:
         return c
     a = reference_rates(c, body)
     b = reference_rates(c + 0.5 * dt * a, body)

@@ -162,7 +162,7 @@ class ReferenceOrbit:
             raise NumericalError(f"the target's orbit was not integrated ({found.message})")
         return cls(t, found.y.T, body)
 
-    def at(self, t: npt.ArrayLike) -> Array:
+    def at(self, t: float | Array) -> Array:
         """Return the variables (5,) at one time, s, or (k, 5) at times (k,).
 
         Raises

@@ -21,8 +21,8 @@ class Reference(Protocol):
         """What the target flies about."""
         ...
 
-    def at(self, t: float) -> Array:
-        """Return the five variables (5,) at ``t``, s."""
+    def at(self, t: float | Array) -> Array:
+        """Return the five variables (5,) at ``t``, s, or (k, 5) at times (k,)."""
         ...
 
 
