@@ -100,3 +100,10 @@ def test_bad_input(orbit):
         MeasuredReference.from_positions(TIMES**1.1, r, EARTH)
     with pytest.raises(DataError, match="time -1 s"):
         MeasuredReference.from_positions(TIMES, r, EARTH).at(-1.0)
+
+
+def test_many_times_at_once_are_each_time_alone(orbit):
+    found = MeasuredReference.from_positions(TIMES, positions(orbit), EARTH)
+    asked = np.array([0.0, 30.0, 47.5, 4000.0, 9000.0])
+    alone = np.stack([found.at(float(t)) for t in asked])
+    np.testing.assert_allclose(found.at(asked), alone, rtol=1e-14)
