@@ -61,7 +61,7 @@ def data_sentences(result: CharacterizationResult) -> list[str]:
         )
     if data.axes_rate is not None:
         sentences.append(
-            f"The axes turn with the spin estimated from the noisy training samples: "
+            f"The axes turn, instead, with the spin estimated from the noisy training samples: "
             f"{number(data.axes_rate, 7)} rad/s; other orbits are tested in the same axes."
         )
     sigma = data.orbits[0].acceleration_sigma
