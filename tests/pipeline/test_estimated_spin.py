@@ -1,14 +1,26 @@
 """Spin rates from the motion: found within their sigma, and not claimed where nothing turns."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import unmodeled as um
 from unmodeled.core.errors import ConfigError, DataError
 from unmodeled.core.frames import body_fixed_from_inertial, rotation_about_x, turned
+from unmodeled.core.seeds import Streams
 from unmodeled.core.units import NORMALISED_GM, NormalisedUnits
+from unmodeled.datasets.bodies import load_body
+from unmodeled.datasets.learning_data import make_learning_data
+from unmodeled.datasets.noise import Noise
 from unmodeled.datasets.trajectory import Trajectory
 from unmodeled.models.learned import HarmonicGP, NoiseLevel
+from unmodeled.pipeline.characterize import evaluate
+from unmodeled.pipeline.config import CharacterizationConfig
+from unmodeled.pipeline.prepare import prepare
+from unmodeled.pipeline.sweep.run_id import canonical, run_id
+from unmodeled.reports.data_words import data_sentences
 
 UNITS = NormalisedUnits.of_body(4.89, 290.0)
 RATE = 4.1e-4
@@ -119,3 +131,89 @@ def test_bad_input_is_refused():
     bare = Trajectory(path.times, path.positions, path.velocities)
     with pytest.raises(DataError, match="accelerations missing"):
         estimate(bare)
+
+
+MASSES = [{"share": 0.1, "place": [0.4, 0, 0]}, {"share": -0.1, "place": [-0.4, 0, 0]}]
+
+
+def config(masses=MASSES, **data):
+    orbits = {
+        "orbit": {"semi_major_axis": 1.8, "eccentricity": 0.2, "inclination": 60.0},
+        "other_orbits": [{"semi_major_axis": 1.9, "eccentricity": 0.1, "inclination": 110.0}],
+        "train_periods": 6,
+        "extrapolation_periods": 2,
+        "field": {"kind": "mascons", "masses": masses},
+    }
+    return CharacterizationConfig.resolve(
+        {
+            "body": "eros",
+            "data": orbits | data,
+            "noise": {"acceleration": 0.05},
+            "learners": [{"kind": "harmonic_gp", "degree": 6}],
+            "flight": {"periods": [1], "orbits": 1},
+        }
+    )
+
+
+def test_a_configuration_learns_in_axes_that_turn_with_the_estimate():
+    errors, made = {}, {}
+    for spin in ("known", "estimate"):
+        chosen = config(spin=spin)
+        made[spin] = prepare(chosen)
+        found = evaluate(chosen.learners[0], made[spin], chosen, flights=False)
+        errors[spin] = found.summaries["extrapolation"].median
+    data, true = made["estimate"], load_body("eros").spin_rate
+    print(errors, data.facts["axes of the samples"])
+    assert errors["estimate"] < 2.0 * errors["known"]
+    assert data.learned_spin_rate != data.spin_rate == true
+    assert data.learned_spin_rate == pytest.approx(true, rel=1e-3)
+    assert abs(data.facts["estimated - true spin rate, sigma"]) < 3.0
+    words = " ".join(data_sentences(SimpleNamespace(data=data, config=chosen)))
+    assert "the spin estimated from the noisy training samples" in words
+
+
+def test_state_noise_follows_the_true_field_under_estimated_axes():
+    made = prepare(config()).orbits
+    noise = Noise(0.05, 0.0, "consistent")
+    true = load_body("eros").spin_rate
+    x = made[0].positions / 17700.0
+
+    def field(points):
+        return points * np.array([1.0, 2.0, 3.0])  # any field that is not round
+
+    orbit = replace(made[0], positions=x, accelerations=x)
+    data = make_learning_data(
+        [orbit, orbit], [1.0, 1.0], NormalisedUnits(1.0, 1.0), noise, Streams(1),
+        true_field=field, spin_rate=true, frame="body_fixed", axes_rate=1.1 * true,
+    )  # fmt: skip
+    s = data.train
+    to_body = body_fixed_from_inertial(s.times, true)
+    to_axes = body_fixed_from_inertial(s.times, 1.1 * true)
+    inertial = turned(to_axes.mT, s.observed_positions)
+    expected = turned(to_axes @ to_body.mT, field(turned(to_body, inertial)))
+    assert s.observed_accelerations == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_spin_that_cannot_be_had_is_refused():
+    along = [{"share": 0.1, "place": [0, 0, 0.4]}]
+    with pytest.raises(DataError, match=r"not observable.*Change the data, or write data.spin"):
+        prepare(config(along, spin="estimate"))
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        ({"spin": "estimate", "field": None}, "without a field that turns"),
+        ({"spin_bracket": [1e-4, 2e-4]}, "spin_bracket with a known spin"),
+        ({"spin": "estimated"}, "'known' or 'estimate'"),
+    ],
+)
+def test_what_does_not_belong_together_is_refused(data, words):
+    with pytest.raises(ConfigError, match=words):
+        config(**data)
+
+
+def test_ids_of_known_spins_stay_and_estimates_have_their_own():
+    forms = [canonical(config()), canonical(config(spin="estimate"))]
+    assert "spin" not in forms[0]["data"]
+    assert run_id(forms[0]) != run_id(forms[1])

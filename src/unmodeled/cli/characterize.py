@@ -99,6 +99,8 @@ def _print_summary(result: Any) -> None:
     from unmodeled.reports import overview
 
     print(overview(result))
+    if result.data.axes_rate is not None:
+        print(f"axes of the samples: {result.data.facts['axes of the samples']}")
     width = max(len(r.label) for r in result.learners)
     print("\nfractional acceleration error |a - a_pred| / |a|: medians, and the worst elsewhere")
     heads = ("training", "interpolation", "extrapolation", "worst")

@@ -95,6 +95,9 @@ class LearningData:
         With which the true field turns about z, rad/s; body axes are the inertial ones at time 0.
     frame : str
         Axes of the samples: ``"inertial"`` or ``"body_fixed"``. Orbits are always inertial.
+    axes_rate : float, optional
+        With which the body-fixed axes of the samples turn, rad/s, where that is not ``spin_rate``
+        but an estimate of it.
     """
 
     units: NormalisedUnits
@@ -108,11 +111,14 @@ class LearningData:
     true_field: NormalisedField | None = None
     spin_rate: float = 0.0
     frame: str = "inertial"
+    axes_rate: float | None = None
 
     @property
     def learned_spin_rate(self) -> float:
         """With which a field learned from the samples turns in inertial space, rad/s."""
-        return self.spin_rate if self.frame == "body_fixed" else 0.0
+        if self.frame != "body_fixed":
+            return 0.0
+        return self.spin_rate if self.axes_rate is None else self.axes_rate
 
     @property
     def sets(self) -> tuple[SampleSet, SampleSet, SampleSet]:
@@ -132,6 +138,7 @@ def make_learning_data(
     facts: dict[str, Any] | None = None,
     spin_rate: float = 0.0,
     frame: str = "inertial",
+    axes_rate: float | None = None,
 ) -> LearningData:
     """Normalise, add noise, shuffle the training orbit and siphon the interpolation set.
 
@@ -153,7 +160,7 @@ def make_learning_data(
         True acceleration (m/s2) at positions (m); needed for state noise.
     facts : dict, optional
         Facts to keep.
-    spin_rate, frame
+    spin_rate, frame, axes_rate
         As in `LearningData`; ``true_field`` is then in body-fixed axes.
 
     Raises
@@ -172,7 +179,7 @@ def make_learning_data(
 
     normal_field = None if true_field is None else NormalisedField(true_field, units)
     parts = [
-        _samples(k, orbit, units, noise, normal_field, streams, spin_rate, frame)
+        _samples(k, orbit, units, noise, normal_field, streams, spin_rate, frame, axes_rate)
         for k, orbit in enumerate(orbits)
     ]
     n = len(parts[0])
@@ -195,6 +202,7 @@ def make_learning_data(
         normal_field,
         spin_rate,
         frame,
+        axes_rate,
     )
 
 
@@ -207,6 +215,7 @@ def _samples(
     streams: Streams,
     spin_rate: float,
     frame: str,
+    axes_rate: float | None,
 ) -> SampleSet:
     if orbit.accelerations is None:
         raise DataError(f"{orbit.source}: no accelerations", do="let the smoother make them")
@@ -221,8 +230,12 @@ def _samples(
     if spin_rate != 0.0:
         turns = body_fixed_from_inertial(orbit.times, spin_rate)
         if frame == "body_fixed":
-            x, a = turned(turns, x), turned(turns, a)
-        elif field is not None:
+            axes = turns
+            if axes_rate is not None:
+                axes = body_fixed_from_inertial(orbit.times, axes_rate)
+            x, a = turned(axes, x), turned(axes, a)
+            turns = turns @ axes.mT  # from the axes of the samples into the body
+        if field is not None and (frame != "body_fixed" or axes_rate is not None):
             body_field = field
 
             def field(x: Array) -> Array:

@@ -110,6 +110,8 @@ class DataConfig(Section):
 
     trajectory: str = "simulated"
     field: FieldConfig | None = None
+    spin: Literal["known", "estimate"] = "known"
+    spin_bracket: tuple[Finite, Finite] | None = None
     extrapolation_trajectory: str | None = None
     satellite: str | None = None
     volume: Literal["low", "moderate"] | None = None
@@ -131,6 +133,15 @@ class DataConfig(Section):
             raise ConfigError(
                 f"data.field with trajectory {self.trajectory} and integrator {self.integrator}",
                 allowed="simulated orbits by heyoka",
+            )
+        if self.spin == "estimate" and (self.field is None or self.field.frame == "inertial"):
+            raise ConfigError(
+                "data.spin is estimate without a field that turns under body-fixed samples",
+                do="give data.field with frame: body_fixed, or leave data.spin out",
+            )
+        if self.spin_bracket is not None and self.spin != "estimate":
+            raise ConfigError(
+                "data.spin_bracket with a known spin", do="write data.spin: estimate too"
             )
         if self.simulated and self.extrapolation_trajectory is not None:
             raise ConfigError(

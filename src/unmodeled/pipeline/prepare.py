@@ -34,8 +34,10 @@ from unmodeled.datasets.truth_field import (
     shape_tesseral_field,
     tesseral_field,
 )
+from unmodeled.models.learned import NoiseLevel
 from unmodeled.models.physics import Dynamics
 from unmodeled.pipeline.config import CharacterizationConfig
+from unmodeled.pipeline.estimated_spin import SpinEstimate, estimate_spin
 
 __all__ = ["SAMPLES_PER_PERIOD", "Simulated", "find_trajectory", "prepare", "simulate"]
 
@@ -75,7 +77,8 @@ def prepare(
     if config.data.simulated:
         dynamics, orbits, facts = (simulated or partial(simulate, folders=folders))(config, body)
         turning = config.data.field
-        return make_learning_data(
+        make = partial(
+            make_learning_data,
             orbits.orbits,
             orbits.periods,
             units,
@@ -83,14 +86,50 @@ def prepare(
             streams,
             interpolation_share=share,
             true_field=dynamics.acceleration,
-            facts=facts,
             spin_rate=0.0 if turning is None else body.spin_rate,
-            frame="inertial" if turning is None else turning.frame,
         )
+        frame = "inertial" if turning is None else turning.frame
+        if config.data.spin == "known":
+            return make(facts=facts, frame=frame)
+        found = _estimated(make(frame="inertial"), config, body)
+        facts = facts | {
+            "axes of the samples": f"body-fixed, with the estimated spin: {found}",
+            "estimated - true spin rate, sigma": (found.rate - body.spin_rate) / found.sigma,
+        }
+        return make(facts=facts, frame=frame, axes_rate=found.rate)
     measured, periods, facts = _measured(config, body, folders)
     return make_learning_data(
         measured, periods, units, noise, streams, interpolation_share=share, facts=facts
     )
+
+
+def _estimated(data: LearningData, config: CharacterizationConfig, body: Body) -> SpinEstimate:
+    """Return the spin rate that the observed training samples, inertial, show."""
+    s, units = data.train, data.units
+    order = np.argsort(s.times)
+    positions = s.observed_positions[order] * units.length
+    seen = Trajectory(
+        s.times[order],
+        positions,
+        np.zeros_like(positions),  # the estimate uses none
+        s.observed_accelerations[order] * units.acceleration,
+        source="the training samples",
+    )
+    rate = body.spin_rate
+    low, high = sorted((0.9 * rate, 1.1 * rate))
+    noise = data.noise
+    found = estimate_spin(
+        seen,
+        rate_bracket=config.data.spin_bracket or (low, high),
+        gm=body.gm,
+        radius=body.brillouin_radius,
+        noise=NoiseLevel(noise.state * units.length, noise.acceleration * units.acceleration),
+    )
+    if not found.observable:
+        raise DataError(
+            f"data.spin is estimate and {found}", do="change the data, or write data.spin: known"
+        )
+    return found
 
 
 def simulate(

@@ -59,6 +59,11 @@ def data_sentences(result: CharacterizationResult) -> list[str]:
             f"Truth: {data.facts['truth']}; axes of the samples: {axes}, spin "
             f"{number(data.spin_rate, 4)} rad/s."
         )
+    if data.axes_rate is not None:
+        sentences.append(
+            f"The axes turn, instead, with the spin estimated from the noisy training samples: "
+            f"{number(data.axes_rate, 7)} rad/s; other orbits are tested in the same axes."
+        )
     sigma = data.orbits[0].acceleration_sigma
     if sigma > 0:
         size = _median_acceleration(result)

@@ -43,7 +43,7 @@ def test_volume_converges_with_the_square_of_the_edges(name):
 
 @pytest.mark.parametrize("name", SHAPE_NAMES)
 def test_far_outside_the_polyhedron_is_its_own_harmonics(name):
-    mesh, degree, r = built_in_shape(name), 24, 3.0
+    mesh, degree, r = built_in_shape(name, 1.0, 8), 24, 3.0
     x = r * directions(40)
     values = mesh_harmonics(mesh, degree, 1.0)
     c = np.array([values[k] for k in column_names(degree)])

@@ -43,7 +43,7 @@ def ellipsoid_lattice(axes: tuple[float, float, float], count: int) -> Array:
     Examples
     --------
     >>> ellipsoid_lattice((0.8, 0.6, 0.5), 200).shape
-    (200, 3)
+    (192, 3)
     """
     half = np.array(axes, dtype=np.float64)
     if half.shape != (3,) or not (np.isfinite(half).all() and (half > 0).all()):

@@ -90,6 +90,8 @@ def digest(content: Any) -> str:
 
 def _settle_data(data: dict[str, Any], config: CharacterizationConfig, folders: Any) -> None:
     del data["volume"]
+    if data["spin"] == "known":  # ids from before these keys stay
+        del data["spin"], data["spin_bracket"]
     data["train_periods"], data["extrapolation_periods"] = config.data.periods()
     if not config.data.simulated:
         del data["field"]
