@@ -11,7 +11,6 @@ import numpy as np
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import ConfigError, InputError
-from unmodeled.core.threads import one_thread
 from unmodeled.core.units import NORMALISED_GM, NormalisedUnits
 from unmodeled.models.learned._harmonic_evidence import Posterior, Sums, fit_prior
 from unmodeled.models.learned.learner import Learner, NoiseLevel, Progress
@@ -116,24 +115,23 @@ class HarmonicGP(Learner):
         moving = noise.position > 0 and not blunt
         passes = _PASSES if moving else 1
         places, data = X, y
-        with one_thread():
-            if blunt:
-                self._adopt(_reference(1.0 if noise.gradient is None else 0.0))
-            elif moving:
-                # Mass and centre of mass alone give the gradient to start from.
-                self._adopt(_search(self, X, y, None, range(1, 2), lambda share: None, False))
-            for k in range(passes):
-                root = self._noise_root(places, noise)
-                degrees = range(self.least_degree, self.degree + 1)
-                tell = partial(_part, progress, k, passes)
-                last = k == passes - 1
-                self._adopt(_search(self, places, data, root, degrees, tell, last))
-                if moving and noise.gradient is None:
-                    places = self._likely_places(X, y, places, noise)
-                    # Seen from there, y = a(places) + G (X - places) + noise, G of this fit: with
-                    # G free in the next one, steep fields would be preferred.
-                    away = self._jacobian(places) @ (X - places)[:, :, None]
-                    data = y - away[:, :, 0]
+        if blunt:
+            self._adopt(_reference(1.0 if noise.gradient is None else 0.0))
+        elif moving:
+            # Mass and centre of mass alone give the gradient to start from.
+            self._adopt(_search(self, X, y, None, range(1, 2), lambda share: None, False))
+        for k in range(passes):
+            root = self._noise_root(places, noise)
+            degrees = range(self.least_degree, self.degree + 1)
+            tell = partial(_part, progress, k, passes)
+            last = k == passes - 1
+            self._adopt(_search(self, places, data, root, degrees, tell, last))
+            if moving and noise.gradient is None:
+                places = self._likely_places(X, y, places, noise)
+                # Seen from there, y = a(places) + G (X - places) + noise, G of this fit: with
+                # G free in the next one, steep fields would be preferred.
+                away = self._jacobian(places) @ (X - places)[:, :, None]
+                data = y - away[:, :, 0]
         progress(1.0)
 
     def _check(self) -> None:
