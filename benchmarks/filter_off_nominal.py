@@ -3,10 +3,9 @@
     python benchmarks/filter_off_nominal.py                  # a few minutes
     python benchmarks/filter_off_nominal.py --filters kf --runs 2
 
-The scenario leo-formation with Q of each filter, a variance, multiplied by 0.01 to 100 (the table of
-[Pesce2020] goes from 0.1 to 10).
-Root mean square of the length of the
-position error after settling, mm, and NEES of six states.
+The scenario leo-formation with Q of each filter, a variance, multiplied by 0.01 to 100 (the
+table of [Pesce2020] goes from 0.1 to 10). Root mean square of the length of the position error
+after settling, mm, and NEES of six states.
 """
 
 from __future__ import annotations

@@ -99,18 +99,17 @@ class CurlFreeGP(Learner):
         passes = PASSES if self.position_noise and noise.position else 1
         level = noise if passes > 1 else NoiseLevel(0.0, noise.acceleration, noise.samples)
         theta = None
-        with one_thread():
-            for k in range(passes):
+        for k in range(passes):
 
-                def tell(share: float, k: int = k) -> None:
-                    progress((k + share) / passes)
+            def tell(share: float, k: int = k) -> None:
+                progress((k + share) / passes)
 
-                gradient = self._jacobian(X) if k else None
-                own = sample_variances(level, len(X), gradient) / scaling.y_scale**2
-                if theta is None:
-                    theta = self._start(x, t, own, (noise.acceleration / scaling.y_scale) ** 2)
-                theta = self._optimum(CurlFreeLikelihood(x, t, own), theta, tell)
-                self._condition(scaling, x, t, own, theta)
+            gradient = self._jacobian(X) if k else None
+            own = sample_variances(level, len(X), gradient) / scaling.y_scale**2
+            if theta is None:
+                theta = self._start(x, t, own, (noise.acceleration / scaling.y_scale) ** 2)
+            theta = self._optimum(CurlFreeLikelihood(x, t, own), theta, tell)
+            self._condition(scaling, x, t, own, theta)
         progress(1.0)
 
     def _start(self, x: Array, t: Array, own: Array, known: float) -> Array:

@@ -127,19 +127,18 @@ class HarmonicGP(Learner):
         passes = _PASSES if moving else 1
         places, data = X, y
         problem = self._problem(0.0 if noise.gradient is not None else 1.0)
-        with one_thread():
-            if moving:
-                self._adopt(self._start(X, y, noise))
-                own = NoisyPlaces(X, y, noise, self.gm * float(self.coefficients_[0]), self.radius)
-            for k in range(passes):
-                if moving and noise.gradient is None:
-                    data = own.update(self._field)
-                    places = own.places
-                blocks = blocks_of(places, data, noise)
-                field = self._field if noise.position else None
-                tell = partial(_part, progress, k, passes)
-                last = k == passes - 1
-                self._adopt(problem.solve(blocks, field, tell, average=last)[0])
+        if moving:
+            self._adopt(self._start(X, y, noise))
+            own = NoisyPlaces(X, y, noise, self.gm * float(self.coefficients_[0]), self.radius)
+        for k in range(passes):
+            if moving and noise.gradient is None:
+                data = own.update(self._field)
+                places = own.places
+            blocks = blocks_of(places, data, noise)
+            field = self._field if noise.position else None
+            tell = partial(_part, progress, k, passes)
+            last = k == passes - 1
+            self._adopt(problem.solve(blocks, field, tell, average=last)[0])
         progress(1.0)
 
     def fit_stream(

@@ -21,6 +21,7 @@ from safetensors.numpy import save
 
 from unmodeled.core.arrays import Array, as_array
 from unmodeled.core.errors import ConfigError, DataError, InputError, nearest
+from unmodeled.core.threads import one_thread
 
 __all__ = [
     "Learner",
@@ -152,7 +153,8 @@ class Learner(ABC):
         """
         noise = noise or NoiseLevel()
         X, y = self._checked_samples(X, y, noise)
-        self._fit(X, y, noise, progress or (lambda share: None))
+        with one_thread():  # as `fit_batch`: sums split over threads differ in their last bits
+            self._fit(X, y, noise, progress or (lambda share: None))
         self.n_samples_, self.n_inputs_ = X.shape
         return self
 

@@ -9,7 +9,6 @@ from scipy.linalg import LinAlgError, solve_triangular
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import ConfigError, NumericalError
-from unmodeled.core.threads import one_thread
 from unmodeled.models.learned._components import component_facts, in_units
 from unmodeled.models.learned._exact_gp_lbfgs import maximise
 from unmodeled.models.learned._exact_gp_training import best_start, limits
@@ -127,21 +126,20 @@ class SparseGP(Learner):
         aware = self.position_noise and noise.position > 0
         passes = max(again, PASSES if aware else 1)
         level = noise if aware else NoiseLevel(0.0, noise.acceleration, noise.samples)
-        with one_thread():
-            for k in range(passes):
+        for k in range(passes):
 
-                def tell(share: float, k: int = k) -> None:
-                    progress((k + share) / passes)
+            def tell(share: float, k: int = k) -> None:
+                progress((k + share) / passes)
 
-                if k < again:
-                    z = self._points(x, theta[:-3].min(axis=1))
-                own = sample_variances(level, len(X), self._jacobian(X) if aware and k else None)
-                own /= scaling.y_scale**2
-                bound = SparseBound(x[drawn], t[drawn], own[drawn], z, self.kernel)
-                if k < again:
-                    theta = _likeliest(bound, theta, self.noise_floor)
-                theta = self._optimum(bound, theta, tell)
-                self._condition(scaling, SparseBound(x, t, own, z, self.kernel), z, theta)
+            if k < again:
+                z = self._points(x, theta[:-3].min(axis=1))
+            own = sample_variances(level, len(X), self._jacobian(X) if aware and k else None)
+            own /= scaling.y_scale**2
+            bound = SparseBound(x[drawn], t[drawn], own[drawn], z, self.kernel)
+            if k < again:
+                theta = _likeliest(bound, theta, self.noise_floor)
+            theta = self._optimum(bound, theta, tell)
+            self._condition(scaling, SparseBound(x, t, own, z, self.kernel), z, theta)
         progress(1.0)
 
     def _draw(self, count: int) -> Array | slice:

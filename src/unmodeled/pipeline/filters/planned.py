@@ -57,7 +57,7 @@ class PlannedModel:
     @property
     def size(self) -> int:
         """Number of states."""
-        return int(self.transitions.shape[-1])
+        return len(self.transitions[0])
 
     def propagate(self, x: Array, t: float, dt: float) -> tuple[Array, Array]:
         """Return the states (b, n) at ``t + dt`` and the transition (1, n, n).

@@ -121,8 +121,8 @@ def pushed_filter(
         known = physics.linear(run.times)[:, 3:]
         own = flight.base.rates(run.mean[0, :1, :6], 0.0)[1][:, 3:]
         residual = np.concatenate([known - own, push(run.times)], axis=2)
-        felt: Array = np.einsum("kij,kbj->kbi", residual, run.mean)
-        return felt
+        found: Array = np.einsum("kij,kbj->kbi", residual, run.mean)
+        return found
 
     noise = WithWeightsNoise(WhiteAcceleration(n["noise"] ** 2), weights, n["drift"] ** 2)
     model = flight.flown(PlannedModel.of(matrices, flight.times))

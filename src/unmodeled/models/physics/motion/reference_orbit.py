@@ -177,7 +177,7 @@ class ReferenceOrbit:
                 f"time {wrong:g} s",
                 allowed=f"{self.times[0]:g} to {self.times[-1]:g} s, as the orbit",
             )
-        values: Array = self._spline(t)
+        values: Array = self._spline(np.asarray(t, dtype=np.float64))
         return values
 
 
