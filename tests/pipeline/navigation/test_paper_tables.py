@@ -7,6 +7,7 @@ import pytest
 
 from unmodeled.core.errors import ConfigError
 from unmodeled.models.physics.motion.clohessy_wiltshire import clohessy_wiltshire_transition
+from unmodeled.pipeline.navigation.cislunar_truth import cislunar_flight
 from unmodeled.pipeline.navigation.contestants import build
 from unmodeled.pipeline.navigation.disturbance_errors import disturbance_errors
 from unmodeled.pipeline.navigation.disturbance_fit import fit_disturbance
@@ -183,3 +184,14 @@ def test_the_target_may_be_known_by_measurement_only(source, most, sparse):
         difference = flight.nonlinear.rates(x, t)[0] - known.nonlinear.rates(x, t)[0]
         assert np.abs(difference).max() < most
     np.testing.assert_array_equal(flight.disturbance, known.disturbance)
+
+
+def test_a_flight_in_a_plane_is_judged_on_four_states():
+    """Nothing is wrong across the plane, so neither floor nor bounds may count it."""
+    config = load_scenario(ROOT / "scenarios" / "cislunar.yaml", steps=300, runs=2, filters=["dmc"])
+    flight = cislunar_flight(config)
+    assert flight.facts["lowest_above_moon_m"] > 1e6
+    np.testing.assert_array_equal(flight.free, [True, True, False, True, True, False])
+    result = fly(config, flight)
+    assert not result.floor[:, [2, 5]].any()
+    assert "of 4" in result["dmc"].verdict
