@@ -5,7 +5,7 @@ noise share them, as in `harmonic_pairs.py`. One row a pair, level and learner: 
 error between the samples and on the other orbit, the share of components of the other orbit inside
 the 95 % band, processor seconds of the fit. Pairs that the table has are not computed again.
 
-    python benchmarks/network_pairs.py --first 101 --last 200
+    python benchmarks/network_pairs.py --first 101 --last 200 [--print]
 """
 
 from __future__ import annotations
@@ -55,6 +55,7 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=101)
     parser.add_argument("--last", type=int, default=200)
     parser.add_argument("--learners", nargs="*", default=list(LEARNERS), choices=list(LEARNERS))
+    parser.add_argument("--print", action="store_true", help="what the tables have, no new pairs")
     parser.add_argument("--out", type=Path, default=Path("benchmarks/results"))
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
@@ -63,21 +64,24 @@ def main() -> None:
     for name in arguments.learners:
         slug = name.replace(",", "").replace(" ", "_")
         path = arguments.out / f"network_pairs_{slug}.csv"
-        tables.append(run(name, seeds, path))
-        print(f"table: {path}", flush=True)
-    report(pd.concat(tables))
+        if not arguments.print:
+            run(name, seeds, path)
+        if path.exists():
+            table = pd.read_csv(path)
+            tables.append(table[table["seed"].isin(seeds)])
+            print(f"table: {path}", flush=True)
+    if tables:
+        report(pd.concat(tables))
 
 
-def run(name: str, seeds: range, path: Path) -> pd.DataFrame:
-    """Return all rows of a learner; each finished pair is in the file at once."""
+def run(name: str, seeds: range, path: Path) -> None:
+    """Compute the pairs that the table lacks; each finished one is in it at once."""
     done = set(pd.read_csv(path)["seed"]) if path.exists() else set()
     for seed in seeds:
         if seed not in done:
             with one_thread():
                 rows = pd.DataFrame(pair(name, seed))
             rows.to_csv(path, mode="a", header=not path.exists(), index=False, float_format="%.4g")
-    table = pd.read_csv(path)
-    return table[table["seed"].isin(seeds)]
 
 
 def pair(name: str, seed: int) -> list[dict[str, float | str]]:
