@@ -24,6 +24,7 @@ from unmodeled.models.learned import (
     Residual,
     SpectralMLP,
 )
+from unmodeled.models.learned._harmonic_field import ROUNDING
 from unmodeled.models.learned._kernels import correlation, gradient, scaled_squares, steepness
 from unmodeled.models.learned.scaling import Standardiser
 from unmodeled.models.physics.exterior_harmonics import derivative, exterior_harmonics
@@ -196,6 +197,7 @@ class _Harmonics:
                 J[:, i, j] = J[:, j, i] = self.mean @ derivative(first[i], j)
         half = scale * design.transpose(2, 0, 1) @ self.root
         covariance = half @ half.mT
+        covariance += ROUNDING * (a**2).sum(axis=1)[:, None, None] * np.eye(3)
         return a, J * (scale / self.radius), 0.5 * (covariance + covariance.mT)
 
 
