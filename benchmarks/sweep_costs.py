@@ -31,7 +31,7 @@ LEARNERS = {
     "point_mass": ({"kind": "point_mass"}, (None,) * 3),
     "fitted_point_mass": ({"kind": "fitted_point_mass"}, (None,) * 3),
     "curl_free_gp": ({"kind": "curl_free_gp"}, (None,) * 2),  # it refuses 2,375 samples
-    "harmonic_kernel_gp": ({"kind": "harmonic_kernel_gp"}, (None,) * 2),  # as curl_free_gp
+    "harmonic_kernel_gp": ({"kind": "harmonic_kernel_gp"}, (None,)),  # minutes at 950
     "sparse_gp": ({"kind": "sparse_gp"}, (None,) * 3),
     "elm": ({"kind": "elm"}, (None,) * 3),
     "potential_mlp": ({"kind": "potential_mlp"}, (None,) * 3),

@@ -70,6 +70,15 @@ def test_accelerations_that_tell_no_place_leave_the_linear_step():
     assert noise_root(truth, X, noise).shape == (len(X), 3, 3)
 
 
+@pytest.mark.parametrize("silent", [[3], slice(None)])
+def test_samples_without_acceleration_are_no_accident(silent):
+    X, y, _, _ = samples()
+    y = y.copy()
+    y[silent] = 0.0
+    learner = HarmonicGP().fit(X, y, NoiseLevel(position=0.1))
+    assert np.isfinite(learner.predict(X)).all()
+
+
 def test_coarse_positions_do_not_hurt_where_mass_and_centre_are_known():
     """Positions as uncertain as the body is large: as good as a mass that is known as well."""
     X, y, _, _ = samples()

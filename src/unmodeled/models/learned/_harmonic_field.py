@@ -10,14 +10,14 @@ import numpy as np
 from unmodeled.core.arrays import Array
 from unmodeled.models.physics.exterior_harmonics import derivative, exterior_harmonics
 
-__all__ = ["CHUNK", "UncertainField"]
+__all__ = ["CHUNK", "ROUNDING", "UncertainField"]
 
 #: Samples whose harmonics are in memory at once: 2048 x 3 x (degree + 1)^2 x 8 bytes.
 CHUNK = 2048
 #: Variance of the rounding of a predicted component, as a share of |a|^2: x / R, three squares and
 #: their sum, their root, two quotients, the recursion to degree 1, its factor, that of the
 #: derivative, the coefficient, the sum and GM / R^2 are twelve, of eps^2 / 12 each (uniform).
-_ROUNDING = 12.0 * np.finfo(float).eps ** 2 / 12.0
+ROUNDING = 12.0 * np.finfo(float).eps ** 2 / 12.0
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class UncertainField:
             design = np.stack([derivative(table, i) for i in range(3)])
             size = ((self.mean @ design) ** 2).sum(axis=0)
             block = self._sandwich(scale * design)
-            block += _ROUNDING * scale**2 * size[:, None, None] * np.eye(3)
+            block += ROUNDING * scale**2 * size[:, None, None] * np.eye(3)
             blocks.append(block)
         return np.concatenate(blocks)
 

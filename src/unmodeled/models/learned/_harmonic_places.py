@@ -59,7 +59,7 @@ def mass_of(X: Array, y: Array) -> float:
 
 def _inverse(y: Array, gm: float) -> Array:
     """Return the places (n, 3) where a point mass at the origin gives the accelerations ``y``."""
-    size = np.maximum(np.linalg.norm(y, axis=1, keepdims=True), 1e-300)
+    size = np.maximum(np.linalg.norm(y, axis=1, keepdims=True), 1e-100)
     places: Array = -math.sqrt(gm) * y / size**1.5
     return places
 
@@ -99,10 +99,11 @@ class NoisyPlaces:
         if noise.samples is not None:
             level += noise.samples**2
         self._level = level.mean(axis=1)
-        self._source = _inverse(y, gm)
-        size = np.maximum(np.linalg.norm(y, axis=1), 1e-300)
-        spread = np.sqrt(self._level) * np.linalg.norm(self._source, axis=1) / size
-        self._by_source = spread < math.sqrt(2.0) * noise.position
+        source, size = _inverse(y, gm), np.linalg.norm(y, axis=1)
+        spread = np.sqrt(self._level) * np.linalg.norm(source, axis=1)
+        # No acceleration comes from nowhere.
+        self._by_source = (spread < math.sqrt(2.0) * noise.position * size) & (size > 0.0)
+        self._source = np.where(self._by_source[:, None], source, X)
         self.places = X
 
     def update(self, field: UncertainField) -> Array:
@@ -136,7 +137,7 @@ class NoisyPlaces:
             )[:, :, 0]
             length = np.maximum(np.linalg.norm(step, axis=1), 1e-300)
             limit = _LONGEST * np.linalg.norm(b, axis=1) / length
-            b = b + step * np.minimum(1.0, limit)[:, None]
+            b = b + step * np.where(self._by_source, np.minimum(1.0, limit), 0.0)[:, None]
         self._source = b
         return b
 

@@ -25,6 +25,7 @@ from unmodeled.models.learned import (
     Residual,
     SpectralMLP,
 )
+from unmodeled.models.learned._harmonic_field import ROUNDING
 from unmodeled.models.learned._kernels import correlation, gradient, scaled_squares, steepness
 from unmodeled.models.learned._potential_field import PotentialField
 from unmodeled.models.learned.scaling import Standardiser
@@ -198,6 +199,7 @@ class _Harmonics:
                 J[:, i, j] = J[:, j, i] = self.mean @ derivative(first[i], j)
         half = scale * design.transpose(2, 0, 1) @ self.root
         covariance = half @ half.mT
+        covariance += ROUNDING * (a**2).sum(axis=1)[:, None, None] * np.eye(3)
         return a, J * (scale / self.radius), 0.5 * (covariance + covariance.mT)
 
 
