@@ -69,7 +69,7 @@ def main() -> None:
     table = pd.concat([cells, not_run_rows(not_run)], ignore_index=True)
     table.to_csv(arguments.out / f"{name}.csv", index=False, float_format="%.4g")
     page = arguments.out / f"{name}.html"
-    write_page(runs, cells, not_run, settings, page)
+    write_page(runs, cells, not_run, settings, page, len(plan.runs))
     print(
         f"{len(runs)} of {len(plan.runs)} runs, {len(cells)} cells, "
         f"{runs['cost_cpu_s'].sum() / 60:.1f} min of processor time; {page}"
