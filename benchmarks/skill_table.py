@@ -40,6 +40,7 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--only", nargs="+", default=[], metavar="KIND")
     parser.add_argument("--draw", action="store_true", help="run nothing, draw what is finished")
+    parser.add_argument("--pairs", type=int, default=0, help="draw only the first pairs")
     parser.add_argument("--runs", type=Path, default=ROOT / "runs")
     parser.add_argument("--out", type=Path, default=ROOT / "benchmarks" / "results")
     arguments = parser.parse_args()
@@ -63,13 +64,17 @@ def main() -> None:
         done = len(store.finished()) - before
         print(f"\n{done} runs in {(time.time() - start) / 60:.1f} min wall")
     runs = Opened(store, plan, ()).table()
+    if arguments.pairs:
+        name = f"{name}-first{arguments.pairs}"
+        first = min(run.config.seed for run in plan.runs)
+        runs = runs[runs["initial_condition"] < first + arguments.pairs]
     cells = summarize_cells(runs)
     arguments.out.mkdir(parents=True, exist_ok=True)
     runs.to_parquet(arguments.out / f"{name}.parquet", index=False, compression="zstd")
     table = pd.concat([cells, not_run_rows(not_run)], ignore_index=True)
     table.to_csv(arguments.out / f"{name}.csv", index=False, float_format="%.4g")
     page = arguments.out / f"{name}.html"
-    write_page(runs, cells, not_run, settings, page)
+    write_page(runs, cells, not_run, settings, page, len(plan.runs))
     print(
         f"{len(runs)} of {len(plan.runs)} runs, {len(cells)} cells, "
         f"{runs['cost_cpu_s'].sum() / 60:.1f} min of processor time; {page}"
@@ -77,6 +82,10 @@ def main() -> None:
     for item in not_run:
         print(f"not run: {item.learner}, {item.volume} volume: {item.reason}")
     print(check_use(runs, cells).sentence())
+    for (volume, field), own in cells.groupby(["volume", "field"], sort=False):
+        print(f"\n{field}, {volume} volume: median fractional error on other orbits")
+        levels = own.pivot_table("extrapolation_median", "learner", ["sigma_s", "sigma_a"])
+        print(levels.to_string(float_format="{:.2g}".format))
 
 
 def passes(plan: Plan) -> list[Plan]:

@@ -25,8 +25,8 @@ _SETTINGS: dict[str, list[dict[str, Any]]] = {
     "harmonic_gp": [{}, {"degree": 16, "label": "harmonic gp, to degree 16"}],
 }
 #: Labels of rows that cost many times what the cost table says of their kind: fewest pairs, and
-#: no flights (1 ms a point: 12 s a flight).
-_HEAVY = ("harmonic gp, to degree 16",)
+#: no flights (0.3 to 1 ms a point: up to 12 s a flight).
+_HEAVY = ("harmonic gp, to degree 16", "harmonic kernel gp")
 #: Learners of the paper, which has no baseline: raw too.
 _ALSO_RAW = ("exact_gp", "spectral_mlp")
 
@@ -62,7 +62,7 @@ def learner_rows(field: Field) -> list[Row]:
     rows: list[Row] = []
     for name in [*REFERENCES, *(n for n in names if n not in REFERENCES)]:
         for settings in _SETTINGS.get(name, [{}]):
-            heavy = settings.get("label") in _HEAVY
+            heavy = settings.get("label", name.replace("_", " ")) in _HEAVY
             rows.append(Row({"kind": name} | settings, heavy))
             if name in _ALSO_RAW and not learner_class(name).stands_alone:
                 rows.append(Row({"kind": name, "baseline": "none"} | settings))

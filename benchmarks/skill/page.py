@@ -44,6 +44,7 @@ def write_page(
     not_run: Sequence[NotRun],
     settings: Settings,
     path: Path,
+    planned: int,
 ) -> None:
     """Write the page and, beside it, one PNG a volume.
 
@@ -57,10 +58,16 @@ def write_page(
         Which were asked for.
     path : Path
         The page; figures take its name.
+    planned : int
+        Runs of the whole table: a part says that it is one.
     """
     parts = [
         "<h1>Skill of learned gravity</h1>",
         f"<p>{escape(check_use(runs, cells).sentence())}.</p>",
+        ""
+        if len(runs) >= planned
+        else f"<p><b>Only {len(runs)} of {planned} runs are finished: "
+        "fields, learners or pairs are missing.</b></p>",
         _how_to_read(runs, settings),
         _overview(cells),
     ]

@@ -135,8 +135,6 @@ def _pairs(settings: Settings, volume: str, field: Field, row: Row) -> int | Not
     size, spec = settings.volumes[volume], row.spec
     if row.always:
         return size.most  # least squares of a few numbers, whatever its kind
-    if row.heavy:
-        return size.least
     one = _run(volume, field, spec, (0.0, 0.0), _FIRST_SEED, full=False)
     cost = expected_cost(Plan(SweepConfig(name="one"), (one,), {}, 0), {})
     label = one.config.learners[0].label
@@ -145,6 +143,8 @@ def _pairs(settings: Settings, volume: str, field: Field, row: Row) -> int | Not
             return size.least
         why = "the cost of a fit is not in the cost table of the package"
         return NotRun(label, spec["kind"], volume, why)
+    if row.heavy:
+        return size.least
     cells = len(settings.noise) * len(settings.fields)
     for count in (size.most, size.least):
         if cost.seconds * cells * count <= settings.allowance:

@@ -279,10 +279,11 @@ def test_the_page_shows_what_was_run_and_what_was_not(tmp_path: Path) -> None:
     )
     cells = summarize_cells(runs)
     left_out = [NotRun("sparse gp", "sparse_gp", "low", "10 s a fit")]
-    write_page(runs, cells, left_out, SMALL, tmp_path / "skill.html")
+    write_page(runs, cells, left_out, SMALL, tmp_path / "skill.html", planned=7)
     text = (tmp_path / "skill.html").read_text()
     assert "0.030 / 0.020 ✗" in text
     assert "not run: 10 s a fit" in text
+    assert "Only 6 of 7 runs are finished" in text
     assert "point mass (zero residual)" in text
     assert "http" not in text.replace("http-equiv", "")
     assert (tmp_path / "skill-low.png").stat().st_size > 10_000
