@@ -32,6 +32,8 @@ FILTER_COLOURS = {
     "harmonic": "#009E73",
     "learned": "#332288",
     "network": "#AA4499",
+    "periodic": "#6B4C9A",
+    "effects": "#C1121F",
 }
 _BAND, _PHASE = "#E2E7EC", "#F6E7CF"
 _MOST = 1500
