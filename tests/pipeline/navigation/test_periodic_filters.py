@@ -159,3 +159,11 @@ def test_what_they_need_is_said(formation):
     for name in ("periodic", "effects"):
         with pytest.raises(ConfigError, match=f"no known orbit of a target\\. Leave {name} out"):
             build(name, bennu, start, TUNING)
+
+
+def test_each_filter_has_a_colour_of_its_own():
+    from unmodeled.pipeline.navigation.contestants import contestant_names
+    from unmodeled.reports.figures.navigation import FILTER_COLOURS
+
+    assert set(FILTER_COLOURS) == set(contestant_names())
+    assert len(set(FILTER_COLOURS.values())) == len(FILTER_COLOURS)

@@ -33,6 +33,8 @@ FILTER_COLOURS = {
     "harmonic": "#009E73",
     "learned": "#332288",
     "network": "#AA4499",
+    "periodic": "#6B4C9A",
+    "effects": "#C1121F",
 }
 _BAND, _PHASE, _TRUTH = "#B4C0CC", "#F6E7CF", "#B8C0C8"
 _MOST = 1500
