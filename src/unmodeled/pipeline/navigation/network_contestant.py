@@ -73,8 +73,8 @@ def train_on_dmc(
 ) -> TrainedNetwork:
     """Fly DMC once and train on its estimates after settling (`dmc_labels`).
 
-    The paper trains on all of them. What DMC says before it has settled teaches a network that is
-    fed back something wrong where the flight comes by again.
+    The paper trains on all of them: fed back, that was worse than DMC alone on its own orbit, and
+    somewhat better on one above the surface (docs/navigate.md).
 
     Thirty times the rate of [Fereoli2024] and a seventieth of its epochs: as near to held out
     estimates, in ten seconds (docs/reproduce.md).
