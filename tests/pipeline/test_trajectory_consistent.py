@@ -5,6 +5,8 @@ import pytest
 
 from unmodeled.core.errors import ConfigError, DataError, NumericalError
 from unmodeled.models.learned import HarmonicGP, NoiseLevel, PointMassOnly
+from unmodeled.pipeline.batch_characterize import characterize_batch
+from unmodeled.pipeline.characterize import characterize
 from unmodeled.pipeline.config import CharacterizationConfig
 from unmodeled.pipeline.metrics import fractional_error
 from unmodeled.pipeline.orbit_guess import first_guess
@@ -127,6 +129,30 @@ def test_what_does_not_settle_says_why(data):
     assert not fit.settled
     assert fit.reduced_square == pytest.approx(9.0, rel=0.2)
     assert "misses the positions: squared residuals are 8." in fit.reason
+
+
+def test_a_configuration_asks_for_it_and_the_report_says_so(data, fit):
+    content = {
+        "seed": 1,
+        "noise": {"state": SIGMA},
+        "learners": [{"kind": "harmonic_gp"}],
+        "flight": {"periods": [0.1], "orbits": 1},
+        "training": "trajectory_consistent",
+    }
+    config = CharacterizationConfig.resolve(content)
+    result = characterize(config).learners[0]
+    assert result.facts["orbit settled"] == "yes"
+    assert result.facts["orbit rounds"] == fit.rounds
+    assert result.training_check is None
+    assert np.array_equal(result.learner.coefficients_, fit.learner.coefficients_)
+    # it decides the numbers, so the hash knows it; the default is as it was before
+    assert config.hash != CharacterizationConfig.resolve(content | {"training": "samples"}).hash
+    assert CharacterizationConfig.resolve(config.as_dict()) == config
+    with pytest.raises(ConfigError, match="training is trajectory_consistent in a sweep"):
+        list(characterize_batch([config]))
+    quiet = CharacterizationConfig.resolve(content | {"noise": {"state": 0.0}})
+    with pytest.raises(ConfigError, match="there is nothing to smooth"):
+        characterize(quiet)
 
 
 def test_bad_input_is_refused(data):

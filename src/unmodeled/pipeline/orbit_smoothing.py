@@ -3,7 +3,7 @@
 The field is a model, given as values and gradient, plus solid harmonics of low degree that take up
 what the model lacks, with a prior about zero. Unknowns are the initial state and those
 coefficients; data are positions and accelerations at known times. All intervals between the times
-are integrated side by side with their variational equations (multiple shooting, [Schloeder1983]),
+are integrated side by side with their variational equations (multiple shooting, [Bock1984]),
 so that a first guess that is off everywhere a little does not diverge as one long shot would.
 Normalised units throughout.
 """
