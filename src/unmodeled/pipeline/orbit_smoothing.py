@@ -12,8 +12,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import NumericalError
@@ -21,8 +23,9 @@ from unmodeled.models.physics.exterior_harmonics import derivative, exterior_har
 
 __all__ = ["Field", "SmoothedOrbit", "smooth_orbit"]
 
+Indices: TypeAlias = npt.NDArray[np.intp]
 #: Acceleration (n, 3) and gradient (n, 3, 3) at positions (n, 3).
-Field = Callable[[Array], tuple[Array, Array]]
+Field: TypeAlias = Callable[[Array], tuple[Array, Array]]
 
 #: Steps of fourth order between two samples; 25 samples a period make 400 steps of it.
 _STEPS = 16
@@ -134,7 +137,7 @@ def smooth_orbit(
         rows = np.concatenate([design[:, :3] / noise[0], np.linalg.solve(root, far)[sharp]])
         whole = rows.reshape(-1, design.shape[2])
         aim = np.concatenate([near, rest[sharp]]).ravel() + whole[:, 6:] @ theta[free]
-        triangle = np.linalg.qr(np.hstack([whole, aim[:, None]]), mode="r")
+        triangle = np.asarray(np.linalg.qr(np.hstack([whole, aim[:, None]]), mode="r"))
         if not frozen:
             wide = _likely_width(triangle, prior[free], wide)
         tail = np.diag(np.concatenate([np.zeros(6), 1.0 / (wide * prior[free])]))[6:]
@@ -174,7 +177,7 @@ def _likely_width(triangle: Array, prior: Array, now: float) -> float:
     free, best = len(prior), (-np.inf, now)
     for wide in _WIDTHS:
         rows = np.hstack([np.zeros((free, 6)), np.diag(1.0 / (wide * prior)), np.zeros((free, 1))])
-        r = np.linalg.qr(np.vstack([triangle, rows]), mode="r")
+        r = np.asarray(np.linalg.qr(np.vstack([triangle, rows]), mode="r"))
         halves = float(np.log(np.abs(np.diag(r)[:-1])).sum())
         evidence = -0.5 * float(r[-1, -1]) ** 2 - halves - free * float(np.log(wide))
         best = max(best, (evidence, float(wide)))
@@ -184,7 +187,7 @@ def _likely_width(triangle: Array, prior: Array, now: float) -> float:
 class _Model:
     """The field with its harmonics: acceleration, gradient, and slopes by the free coefficients."""
 
-    def __init__(self, field: Field, degree: int, free: Array, gm: float) -> None:
+    def __init__(self, field: Field, degree: int, free: Indices, gm: float) -> None:
         self._field, self._degree, self.free, self._gm = field, degree, free, gm
 
     def __call__(self, x: Array, theta: Array) -> tuple[Array, Array, Array]:
