@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from unmodeled.pipeline.results import CharacterizationResult
     from unmodeled.pipeline.select.select import Selection, select
     from unmodeled.pipeline.sweep.sweep import sweep
+    from unmodeled.pipeline.trajectory_consistent import ConsistentFit, trajectory_consistent_fit
     from unmodeled.reports import write_report
     from unmodeled.reports.comparison_page import write_comparison_report
     from unmodeled.reports.diagnosis_page import write_addition_report, write_diagnosis_report
@@ -50,6 +51,7 @@ __all__ = [
     "CharacterizationConfig",
     "CharacterizationResult",
     "Comparison",
+    "ConsistentFit",
     "Diagnosis",
     "HiddenEffect",
     "LearnedField",
@@ -74,6 +76,7 @@ __all__ = [
     "select",
     "simulate_case",
     "sweep",
+    "trajectory_consistent_fit",
     "write_addition_report",
     "write_case",
     "write_comparison_report",
@@ -112,6 +115,8 @@ _HOME = {
     "write_diagnosis_report": "reports.diagnosis_page",
     "write_addition_report": "reports.diagnosis_page",
     "sweep": "pipeline.sweep.sweep",
+    "ConsistentFit": "pipeline.trajectory_consistent",
+    "trajectory_consistent_fit": "pipeline.trajectory_consistent",
     "select": "pipeline.select.select",
     "Selection": "pipeline.select.select",
     "write_sweep_report": "reports.sweep_page",

@@ -91,7 +91,7 @@ def test_every_learner_can_be_configured_by_its_name(kind):
         (
             {"quux": 1},
             'a.yaml: unknown key "quux", known: body, data, flight, learners, name, noise, seed, '
-            "training_check.",
+            "training, training_check.",
         ),
         ({"data": {"volum": "low"}}, 'a.yaml: unknown key "data.volum", did you mean "volume"?'),
         ({"noise": {"States": 1}}, 'a.yaml: unknown key "noise.States", did you mean "state"?'),

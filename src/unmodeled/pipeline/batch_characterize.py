@@ -86,6 +86,12 @@ def characterize_stacks(
     a kill in the middle of a batch loses.
     """
     for config in configs:
+        if config.training != "samples":
+            raise ConfigError(
+                f"training is {config.training} in a sweep",
+                allowed="samples",
+                do="run unmodeled characterize, or um.trajectory_consistent_fit",
+            )
         if len(config.learners) != 1:
             raise ConfigError(
                 f"a batch has a configuration of {len(config.learners)} learners",

@@ -21,6 +21,7 @@ from unmodeled.pipeline.metrics import calibrate, fractional_error, summarize
 from unmodeled.pipeline.prepare import prepare
 from unmodeled.pipeline.results import CharacterizationResult, LearnerResult, OrbitFlight
 from unmodeled.pipeline.training_check import TrainingCheck, training_check
+from unmodeled.pipeline.trajectory_consistent import ConsistentFit, train_consistently
 from unmodeled.pipeline.use_check import UseCheck, point_mass_summaries
 
 __all__ = ["Report", "characterize", "check_training", "evaluate", "score"]
@@ -76,7 +77,7 @@ def _characterize(
             tell(text, start + width * share)
 
         result = evaluate(learner_config, data, config, progress)
-        if config.training_check and not result.failure:
+        if config.training_check and config.training == "samples" and not result.failure:
             tell(f"checking {learner_config.label} on training data held back", start + width)
             result = replace(result, training_check=check_training(learner_config, data))
         results.append(result)
@@ -120,17 +121,33 @@ def evaluate(
         tell(f"training {spec.label}", _FIT_SHARE * share)
 
     fitting(0.0)
+    orbit: dict[str, float | str] = {}
     with Meter() as meter:
         try:
-            learner.fit(
-                data.train.observed_positions,
-                data.train.observed_accelerations,
-                noise,
-                progress=fitting,
-            )
+            if config.training == "trajectory_consistent":
+                orbit = _orbit_facts(train_consistently(data, learner))
+            else:
+                learner.fit(
+                    data.train.observed_positions,
+                    data.train.observed_accelerations,
+                    noise,
+                    progress=fitting,
+                )
         except NumericalError as error:
             return LearnerResult(spec.label, spec.kind, spec.baseline, failure=str(error))
-    return score(spec, learner, meter, data, config, tell, flights=flights)
+    result = score(spec, learner, meter, data, config, tell, flights=flights)
+    return replace(result, facts=result.facts | orbit) if orbit else result
+
+
+def _orbit_facts(fit: ConsistentFit) -> dict[str, float | str]:
+    """Return what a report says of the orbit that a learner was trained on."""
+    facts: dict[str, float | str] = {
+        "orbit settled": "yes" if fit.settled else f"no: {fit.reason}",
+        "orbit rounds": float(fit.rounds),
+    }
+    if np.isfinite(fit.reduced_square):
+        facts["orbit residuals squared, of stated noise"] = fit.reduced_square
+    return facts
 
 
 def score(

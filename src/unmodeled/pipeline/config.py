@@ -276,6 +276,9 @@ class CharacterizationConfig(Section):
     ``training_check`` trains each learner again without a part of its training data and compares
     it with a bare point mass there; a sweep leaves it out.
 
+    ``training: trajectory_consistent`` trains on an orbit fitted to the noisy positions
+    (`trajectory_consistent_fit`) instead of on the samples; that check is left out then.
+
     Raises
     ------
     ConfigError
@@ -291,6 +294,7 @@ class CharacterizationConfig(Section):
     learners: Annotated[tuple[LearnerConfig, ...], Field(min_length=1)]
     flight: FlightConfig = FlightConfig()
     training_check: bool = True
+    training: Literal["samples", "trajectory_consistent"] = "samples"
 
     @model_validator(mode="after")
     def _labels_differ(self) -> CharacterizationConfig:
@@ -317,6 +321,8 @@ class CharacterizationConfig(Section):
     def as_dict(self) -> dict[str, Any]:
         """Return plain data for YAML and JSON; `resolve` gives the same configuration back."""
         content: dict[str, Any] = json.loads(self.model_dump_json())
+        if self.training == "samples":
+            del content["training"]  # hashes of before it stay the same
         return content
 
     @property
