@@ -12,7 +12,8 @@ pytestmark = pytest.mark.parametrize("key", LEARNER_FACTORIES)
 TAKERS = {
     key
     for key in LEARNER_FACTORIES
-    if key.split("(")[0] in ("exact_gp", "sparse_gp", "elm", "rbf_network", "nearest_neighbour")
+    if key.split("(")[0]
+    in ("exact_gp", "sparse_gp", "elm", "rbf_network", "mlp", "nearest_neighbour")
 } | {"residual(exact_gp)", "residual(rbf_network)"}
 
 

@@ -57,7 +57,7 @@ _KINDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "sparse_gp": ("#117733", "<"),
         "elm": ("#661100", ">"),
         "mlp": ("#999933", "d"),
-        "mascon_gp": ("#AA4499", "8"),
+        "mascon_gp": ("#AA4499", "+"),
     }
 )
 # For kinds that this table does not know yet: by the name, so that it is the same on every page.

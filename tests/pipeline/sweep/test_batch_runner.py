@@ -102,12 +102,12 @@ def test_a_run_that_fails_costs_no_other(monkeypatch):
     monkeypatch.setattr(SpectralMLP, "min_samples", 10)
     best = SpectralStack._best
 
-    def one_diverges(stack, candidates, x, t):
+    def one_diverges(stack, candidates, x, t, white):
         # By its data: the third run's, wherever it stands in a stack.
-        return None if x.sum() == third else best(stack, candidates, x, t)
+        return None if x.sum() == third else best(stack, candidates, x, t, white)
 
     seen = []
-    monkeypatch.setattr(SpectralStack, "_best", lambda s, c, x, t: seen.append(x.sum()))
+    monkeypatch.setattr(SpectralStack, "_best", lambda s, c, x, t, w: seen.append(x.sum()))
     list(BatchRunner()(runs[2:3]))
     (third,) = seen
     monkeypatch.setattr(SpectralStack, "_best", one_diverges)
