@@ -31,6 +31,7 @@ LEARNERS = [
     {"kind": "point_mass"},
     {"kind": "fitted_point_mass"},
     {"kind": "harmonic_least_squares"},
+    {"kind": "potential_mlp"},
     {"kind": "harmonic_gp"},
     {"kind": "zonal_oracle"},
 ]
