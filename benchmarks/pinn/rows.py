@@ -16,12 +16,14 @@ from unmodeled.core.seeds import Streams
 from unmodeled.core.units import NORMALISED_GM
 from unmodeled.models.learned import (
     Learner,
+    MasconGP,
     NoiseLevel,
     PointMassOnly,
     Residual,
     learner_class,
     learner_names,
 )
+from unmodeled.models.physics.interior_lattice import mesh_lattice
 
 __all__ = ["ROWS", "Row", "Samples", "row_names", "units"]
 
@@ -30,7 +32,7 @@ UNIT_A = GM / RADIUS**2 / NORMALISED_GM
 #: Least stated noise, as a share of each acceleration: the weights of clean samples.
 _LEAST = 1e-4
 #: Learners of the package that take part where they are registered.
-_JOINING = ("potential_mlp", "mlp", "harmonic_kernel_gp", "mascon_gp")
+_JOINING = ("mlp", "harmonic_kernel_gp")
 #: More samples than this are not given to them: their cost is not known here.
 _MOST_JOINING = 2000
 
@@ -167,6 +169,15 @@ def _package(name: str, kind: str, *, beyond: bool = False, most: int = 0, **par
     return Row(name, fit, settings, most)
 
 
+def _mascon_gp(count: int) -> Row:
+    def fit(samples: Samples) -> tuple[Fitted, int]:
+        places = mesh_lattice(samples.truth.mesh, count) / RADIUS
+        given = tuple((float(x), float(y), float(z)) for x, y, z in places)
+        return _learner(lambda: MasconGP(places=given), samples)
+
+    return Row(f"mascon gp, {count} places inside the shape", fit, "weights by the point mass")
+
+
 def _network(units_: int, layers: int, steps: int) -> Row:
     settings = {"units": units_, "layers": layers, "most_steps": steps}
 
@@ -193,7 +204,16 @@ ROWS: tuple[Row, ...] = (
         degree=16,
         beyond=True,
     ),
+    _mascon_gp(1000),
     _package("elm on point mass", "elm", nodes=400),
+    _package("potential mlp", "potential_mlp"),
+    _package(
+        "potential mlp, directions, no Laplacian",
+        "potential_mlp",
+        inputs="direction",
+        width=24,
+        harmonic=False,
+    ),
     *(
         _package(f"{kind.replace('_', ' ')}", kind, most=_MOST_JOINING)
         for kind in _JOINING

@@ -8,6 +8,7 @@ from typing import Any
 import skill.oracle
 import unmodeled.models.learned  # noqa: F401  registers the learners
 from skill.fields import Field
+from unmodeled.core.units import NORMALISED_GM
 from unmodeled.models.learned import learner_class, learner_names
 
 __all__ = ["ORACLE", "REFERENCES", "Row", "learner_rows"]
@@ -22,7 +23,12 @@ _NOT_ROWS = {"residual", "zonal_oracle", skill.oracle.NAME}
 _SETTINGS: dict[str, list[dict[str, Any]]] = {
     "exact_gp": [{"optimizer": "newton"}],
     "spectral_mlp": [{"precision": "single", "epochs": 1000}],
-    "harmonic_gp": [{}, {"degree": 16, "label": "harmonic gp, to degree 16"}],
+    "harmonic_gp": [
+        {},
+        {"degree": 16, "label": "harmonic gp, to degree 16"},
+        {"gm_sigma": 1e-3 * NORMALISED_GM, "label": "harmonic gp, mass known"},
+    ],
+    "potential_mlp": [{}, {"mass_error": 0.0, "label": "potential mlp, mass known"}],
 }
 #: Labels of rows that cost many times what the cost table says of their kind: fewest pairs, and
 #: no flights (0.3 to 1 ms a point: up to 12 s a flight).
