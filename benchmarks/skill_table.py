@@ -89,12 +89,18 @@ def main() -> None:
 
 
 def passes(plan: Plan) -> list[Plan]:
-    """Return the runs of the first pairs, then of more: a table that is stopped is a whole one."""
+    """Return the runs of the first pairs, then of more: a table that is stopped is a whole one.
+
+    In the first pass only the first pair is flown: flights cost more than all fits together.
+    """
     first = min(run.config.seed for run in plan.runs)
     counts = [k for k in _PASSES if first + k <= max(run.config.seed for run in plan.runs)]
     parts = [
         replace(plan, runs=tuple(r for r in plan.runs if r.config.seed < first + k)) for k in counts
     ]
+    if parts:
+        quick = tuple(r for r in parts[0].runs if not r.flights or r.config.seed == first)
+        parts.insert(0, replace(plan, runs=quick))
     return [*parts, plan]
 
 

@@ -261,7 +261,8 @@ def test_the_first_pairs_come_first_and_what_is_not_run_is_in_the_table() -> Non
     plan, _ = make_runs(replace(FULL, fields=("two-mascons",), noise=NOISE[:1]), ("point_mass",))
     parts = skill_table.passes(plan)
     seeds = [{r.config.seed for r in part.runs} for part in parts]
-    assert seeds == [set(range(101, 101 + k)) for k in (3, 5, 20)]
+    assert seeds == [set(range(101, 101 + k)) for k in (3, 3, 5, 20)]
+    assert {r.config.seed for r in parts[0].runs if r.flights} == {101}
     assert parts[-1] is plan
     small, _ = make_runs(ONE, ("point_mass",))
     assert skill_table.passes(small) == [small]
