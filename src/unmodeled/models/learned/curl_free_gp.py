@@ -6,15 +6,15 @@ from collections.abc import Iterator
 from typing import ClassVar
 
 import numpy as np
-import scipy.optimize
 from scipy.linalg import solve_triangular
 
 from unmodeled.core.arrays import Array
-from unmodeled.core.errors import ConfigError, DataError, NumericalError
+from unmodeled.core.errors import ConfigError, DataError
 from unmodeled.core.threads import one_thread
 from unmodeled.models.learned._curl_free_likelihood import CurlFreeLikelihood, covariance
 from unmodeled.models.learned._factor import condition_number, factorise
 from unmodeled.models.learned._input_noise import PASSES, sample_variances
+from unmodeled.models.learned._likelihood_search import most_likely
 from unmodeled.models.learned.learner import Learner, NoiseLevel, Progress
 from unmodeled.models.learned.scaling import Standardiser
 
@@ -126,41 +126,9 @@ class CurlFreeGP(Learner):
         return found
 
     def _optimum(self, likelihood: CurlFreeLikelihood, theta: Array, tell: Progress) -> Array:
-        best, at, steps = np.inf, np.log(theta), 0
-
-        def objective(log_theta: Array) -> tuple[float, Array]:
-            nonlocal best, at
-            value, gradient = likelihood(log_theta)
-            if not np.isfinite(value):
-                # A step into a singular kernel: worse than all before, so that the search turns.
-                return min(best, 1e300) + 1e6, gradient
-            if value < best:
-                best, at = value, log_theta.copy()
-            return value, gradient
-
-        def step(intermediate: Array) -> None:
-            nonlocal steps
-            steps += 1
-            tell(min(1.0, steps / self.iterations))
-
         most = max(1.0, min(_SIGNAL_LIMITS[1], _MOST_CONTRAST * self.noise_floor))
         limits = [_LENGTH_LIMITS, (_SIGNAL_LIMITS[0], most), (self.noise_floor, 1e4)]
-        low, high = np.log(limits).T
-        scipy.optimize.minimize(  # type: ignore[call-overload]  # knows no (value, gradient)
-            objective,
-            np.clip(at, low, high),
-            jac=True,
-            method="L-BFGS-B",
-            bounds=scipy.optimize.Bounds(low, high),
-            callback=step,
-            options={"maxiter": self.iterations},
-        )
-        if not np.isfinite(best):
-            raise NumericalError(
-                f"{self.name}: the marginal likelihood cannot be computed",
-                do="raise noise_floor or remove repeated positions",
-            )
-        return np.exp(at)
+        return most_likely(self.name, likelihood, theta, limits, self.iterations, tell)
 
     def _condition(
         self, scaling: Standardiser, x: Array, t: Array, own: Array, theta: Array

@@ -7,11 +7,10 @@ from collections.abc import Iterator
 from typing import ClassVar
 
 import numpy as np
-import scipy.optimize
 from scipy.linalg import solve_triangular
 
 from unmodeled.core.arrays import Array
-from unmodeled.core.errors import ConfigError, DataError, NumericalError
+from unmodeled.core.errors import ConfigError, DataError
 from unmodeled.core.threads import one_thread
 from unmodeled.core.units import NORMALISED_GM
 from unmodeled.models.learned._factor import condition_number, factorise
@@ -21,6 +20,7 @@ from unmodeled.models.learned._harmonic_kernel_likelihood import (
 )
 from unmodeled.models.learned._harmonic_kernels import check_law, derivative_block
 from unmodeled.models.learned._input_noise import PASSES, sample_variances
+from unmodeled.models.learned._likelihood_search import most_likely
 from unmodeled.models.learned.learner import Learner, NoiseLevel, Progress
 
 __all__ = ["HarmonicKernelGP"]
@@ -113,19 +113,18 @@ class HarmonicKernelGP(Learner):
         passes = PASSES if self.position_noise and noise.position else 1
         level = noise if passes > 1 else NoiseLevel(0.0, noise.acceleration, noise.samples)
         theta = None
-        with one_thread():
-            for k in range(passes):
+        for k in range(passes):
 
-                def tell(share: float, k: int = k) -> None:
-                    progress((k + share) / passes)
+            def tell(share: float, k: int = k) -> None:
+                progress((k + share) / passes)
 
-                gradient = self._jacobian(X) if k else None
-                own = sample_variances(level, len(X), gradient) / self._unit(1) ** 2
-                size = float((t**2).mean())
-                if theta is None:
-                    theta = self._start(x, t, own, size, noise.acceleration / self._unit(1))
-                theta = self._optimum(x, t, own, size, theta, tell)
-                self._condition(x, t, own, theta)
+            gradient = self._jacobian(X) if k else None
+            own = sample_variances(level, len(X), gradient) / self._unit(1) ** 2
+            size = float((t**2).mean())
+            if theta is None:
+                theta = self._start(x, t, own, size, noise.acceleration / self._unit(1))
+            theta = self._optimum(x, t, own, size, theta, tell)
+            self._condition(x, t, own, theta)
         progress(1.0)
 
     def _check(self, count: int) -> None:
@@ -166,40 +165,9 @@ class HarmonicKernelGP(Learner):
         self, x: Array, t: Array, own: Array, size: float, theta: Array, tell: Progress
     ) -> Array:
         likelihood = HarmonicKernelLikelihood(self.kernel, x, t, own)
-        best, at, steps = np.inf, np.log(theta), 0
-
-        def objective(log_theta: Array) -> tuple[float, Array]:
-            nonlocal best, at
-            value, gradient = likelihood(log_theta)
-            if not np.isfinite(value):
-                # A step into a singular kernel: worse than all before, so that the search turns.
-                return min(best, 1e300) + 1e6, gradient
-            if value < best:
-                best, at = value, log_theta.copy()
-            return value, gradient
-
-        def step(intermediate: Array) -> None:
-            nonlocal steps
-            steps += 1
-            tell(min(1.0, steps / self.iterations))
-
         ratios = (_LEAST_RATIO**2, _largest(x) ** 2)
-        low, high = np.log([ratios, _SIGNAL_LIMITS, (self.noise_floor * size, 1e4 * size)]).T
-        scipy.optimize.minimize(  # type: ignore[call-overload]  # knows no (value, gradient)
-            objective,
-            np.clip(at, low, high),
-            jac=True,
-            method="L-BFGS-B",
-            bounds=scipy.optimize.Bounds(low, high),
-            callback=step,
-            options={"maxiter": self.iterations, "ftol": _ENOUGH},
-        )
-        if not np.isfinite(best):
-            raise NumericalError(
-                f"{self.name}: the marginal likelihood cannot be computed",
-                do="raise noise_floor or remove repeated positions",
-            )
-        return np.exp(at)
+        limits = [ratios, _SIGNAL_LIMITS, (self.noise_floor * size, 1e4 * size)]
+        return most_likely(self.name, likelihood, theta, limits, self.iterations, tell, _ENOUGH)
 
     def _condition(self, x: Array, t: Array, own: Array, theta: Array) -> None:
         self._set_state(x, theta, own)
