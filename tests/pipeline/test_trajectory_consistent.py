@@ -13,6 +13,7 @@ from unmodeled.pipeline.orbit_guess import first_guess
 from unmodeled.pipeline.orbit_smoothing import smooth_orbit
 from unmodeled.pipeline.prepare import prepare
 from unmodeled.pipeline.trajectory_consistent import train_consistently, trajectory_consistent_fit
+from unmodeled.reports.data_words import data_sentences
 
 GM = 4 * np.pi**2
 SIGMA = 0.05
@@ -140,7 +141,9 @@ def test_a_configuration_asks_for_it_and_the_report_says_so(data, fit):
         "training": "trajectory_consistent",
     }
     config = CharacterizationConfig.resolve(content)
-    result = characterize(config).learners[0]
+    whole = characterize(config)
+    assert "an orbit fitted to the noisy positions" in data_sentences(whole)[-1]
+    result = whole.learners[0]
     assert result.facts["orbit settled"] == "yes"
     assert result.facts["orbit rounds"] == fit.rounds
     assert result.training_check is None

@@ -85,7 +85,14 @@ def data_sentences(result: CharacterizationResult) -> list[str]:
             "these numbers describe these orbits and not the method. Sweep over initial "
             "conditions before choosing a method."
         )
-    return [*sentences, noise_sentence(result)]
+    sentences.append(noise_sentence(result))
+    if result.config.training == "trajectory_consistent":
+        sentences.append(
+            "The learners did not see the samples but the states and accelerations of an orbit "
+            "fitted to the noisy positions (training: trajectory_consistent). Its fit estimates "
+            "harmonics of low degree, so that learners can come out alike."
+        )
+    return sentences
 
 
 def noise_sentence(result: CharacterizationResult) -> str:
