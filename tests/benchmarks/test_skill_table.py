@@ -288,3 +288,11 @@ def test_the_page_shows_what_was_run_and_what_was_not(tmp_path: Path) -> None:
     assert "point mass (zero residual)" in text
     assert "http" not in text.replace("http-equiv", "")
     assert (tmp_path / "skill-low.png").stat().st_size > 10_000
+
+
+def test_a_learner_that_takes_fewer_samples_is_not_run_and_says_why() -> None:
+    plan, left = make_runs(replace(FULL, fields=("two-mascons",), noise=NOISE[:1]))
+    why = {item.reason for item in left if item.kind == "harmonic_kernel_gp"}
+    assert why == {"it takes at most 1,000 samples, here are 2,375"}
+    volumes = {r.axes["volume"] for r in plan.runs if r.axes["kind"] == "harmonic_kernel_gp"}
+    assert volumes == {"low"}
