@@ -72,9 +72,9 @@ def navigation_words(result: NavigationResult) -> list[str]:
     basis = [
         f"{runs} Monte-Carlo runs on one true flight, {len(result.flight.times)} epochs; the same "
         f"draws for all filters, seed {result.config.seed}.",
-        f"No filter that knows the forces can do better than the Riccati floor, "
-        f"{_metres(result.floor_position_m)} in position and "
-        f"{number(result.floor_velocity_m_s)} m/s.",
+        f"The Riccati floor, {_metres(result.floor_position_m)} in position and "
+        f"{number(result.floor_velocity_m_s)} m/s, is what a filter with the true forces and a "
+        "little white acceleration beside them can expect of itself.",
         *result.notes,
     ]
     for row in result.table[result.table["failure"] != ""].to_dict(orient="records"):
