@@ -17,13 +17,12 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from bennu_pair import bennu_pair
 
 from unmodeled.core.threads import one_thread
 from unmodeled.core.units import NORMALISED_GM
 from unmodeled.models.learned import HarmonicGP, Learner, NoiseLevel, PointMassOnly, ZonalOracle
-from unmodeled.pipeline.config import CharacterizationConfig
 from unmodeled.pipeline.metrics import calibrate, fractional_error
-from unmodeled.pipeline.prepare import Simulated, prepare, simulate
 
 #: sigma_s, sigma_a, normalised units.
 LEVELS = ((0.0, 0.0), (0.0, 0.1), (0.05, 0.0), (0.2, 0.0), (1.0, 0.0))
@@ -61,26 +60,8 @@ def main() -> None:
 
 def pair(seed: int) -> list[dict[str, float]]:
     """Return one row a level of noise."""
-    kept: list[Simulated] = []
-
-    def once(config: CharacterizationConfig, body: object = None) -> Simulated:
-        if not kept:
-            kept.append(simulate(config, compare_integrators=False))
-        return kept[0]
-
     rows = []
-    for state, acceleration in LEVELS:
-        config = CharacterizationConfig.resolve(
-            {
-                "name": "pair",
-                "seed": seed,
-                "body": "bennu",
-                "data": {"volume": "low", "extrapolation_orbits": 1},
-                "noise": {"state": state, "acceleration": acceleration},
-                "learners": [{"kind": "harmonic_gp"}],
-            }
-        )
-        data = prepare(config, simulated=once)
+    for (state, acceleration), data in zip(LEVELS, bennu_pair(seed, LEVELS), strict=True):
         x, y = data.train.observed_positions, data.train.observed_accelerations
         other, truth = data.extrapolation.positions, data.extrapolation.accelerations
         row = {"seed": seed, "sigma_s": state, "sigma_a": acceleration}

@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from bennu_pair import bennu_pair
 
 from unmodeled.core.errors import NumericalError
 from unmodeled.core.threads import one_thread
@@ -30,9 +31,7 @@ from unmodeled.models.learned import (
     SpectralMLP,
     fit_batch,
 )
-from unmodeled.pipeline.config import CharacterizationConfig
 from unmodeled.pipeline.metrics import calibrate, fractional_error
-from unmodeled.pipeline.prepare import Simulated, prepare, simulate
 
 #: sigma_s (independent draws), sigma_a; normalised units.
 LEVELS = ((0.0, 0.0), (0.0, 0.1), (0.0, 0.5), (0.0, 1.0), (0.05, 0.0), (0.2, 0.0), (1.0, 0.0))
@@ -86,7 +85,7 @@ def run(name: str, seeds: range, path: Path) -> None:
 
 def pair(name: str, seed: int) -> list[dict[str, float | str]]:
     """Return one row a level of noise."""
-    data = samples(seed)
+    data = bennu_pair(seed, LEVELS)
     start = time.process_time()
     fitted = fit_batch(
         LEARNERS[name](),
@@ -99,31 +98,6 @@ def pair(name: str, seed: int) -> list[dict[str, float | str]]:
         {"learner": name, "seed": seed, "sigma_s": s, "sigma_a": a, "fit_s": taken} | score(f, d)
         for (s, a), f, d in zip(LEVELS, fitted, data, strict=True)
     ]
-
-
-def samples(seed: int) -> list[LearningData]:
-    """Return the learning data of a pair at each level of noise."""
-    kept: list[Simulated] = []
-
-    def once(config: CharacterizationConfig, body: object = None) -> Simulated:
-        if not kept:
-            kept.append(simulate(config, compare_integrators=False))
-        return kept[0]
-
-    found = []
-    for state, acceleration in LEVELS:
-        config = CharacterizationConfig.resolve(
-            {
-                "name": "pair",
-                "seed": seed,
-                "body": "bennu",
-                "data": {"volume": "low", "extrapolation_orbits": 1},
-                "noise": {"state": state, "acceleration": acceleration},
-                "learners": [{"kind": "point_mass"}],
-            }
-        )
-        found.append(prepare(config, simulated=once))
-    return found
 
 
 def score(fitted: Learner | NumericalError, data: LearningData) -> dict[str, float]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -12,6 +11,7 @@ import scipy.integrate
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import DataError, UnmodeledError
 from unmodeled.core.frames import rotation_about_z
+from unmodeled.pipeline.cost import time_evaluation
 from unmodeled.pipeline.field_metrics import cumulative_position_error
 from unmodeled.pipeline.metrics import fractional_error
 
@@ -152,16 +152,5 @@ def evaluation_times(predict: Callable[[Array], Array], points: Array) -> tuple[
 
     Median of 20 single calls, best of 3 whole calls, after one call to warm up.
     """
-    predict(points)
-    single = []
-    for k in range(20):
-        x = points[k % len(points)][None]
-        start = time.perf_counter()
-        predict(x)
-        single.append(time.perf_counter() - start)
-    whole = []
-    for _ in range(3):
-        start = time.perf_counter()
-        predict(points)
-        whole.append(time.perf_counter() - start)
-    return float(np.median(single)), min(whole)
+    single, point = time_evaluation(predict, points)
+    return single, point * len(points)

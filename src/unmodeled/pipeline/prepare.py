@@ -206,12 +206,9 @@ def _truth(config: CharacterizationConfig, body: Body, folders: Sequence[Path]) 
     if field.kind == "hidden_masses":
         return hidden_masses(body)
     if field.kind == "mascons":
-        given = field.masses
-        return (
-            mascon_field(body, [(m.share, m.place) for m in given])
-            if given
-            else (mascon_field(body))
-        )
+        if field.masses is None:
+            return mascon_field(body)
+        return mascon_field(body, [(m.share, m.place) for m in field.masses])
     if field.shape is not None:
         make = shape_field if field.kind == "polyhedron" else shape_tesseral_field
         return make(body, field.shape, field.degree or (12 if field.kind == "polyhedron" else 8))

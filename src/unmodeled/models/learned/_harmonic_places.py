@@ -8,6 +8,7 @@ import numpy as np
 
 from unmodeled.core.arrays import Array
 from unmodeled.models.learned._harmonic_field import UncertainField
+from unmodeled.models.learned._sample_noise import noise_roots
 from unmodeled.models.learned.learner import NoiseLevel
 
 __all__ = ["NoisyPlaces", "mass_of", "noise_root"]
@@ -30,19 +31,11 @@ def noise_root(field: UncertainField | None, places: Array, noise: NoiseLevel) -
     """
     if noise.position == 0 and noise.acceleration == 0 and noise.samples is None:
         return None
-    covariance = np.zeros((len(places), 3, 3)) + noise.acceleration**2 * np.eye(3)
-    if noise.samples is not None:
-        covariance += noise.samples[:, :, None] ** 2 * np.eye(3)
+    gradient = np.zeros((len(places), 3, 3))
     if noise.position:
         assert field is not None
-        G = _whole_gradient(field, places, noise)
-        # independent draws: of the position as stated, and of the one that y belongs to
-        covariance += 2.0 * noise.position**2 * G @ G.mT
-    # Where G is singular, or a sample has no noise at all, a millionth of the noise is left.
-    size = np.trace(covariance, axis1=1, axis2=2)
-    covariance += 1e-12 * np.maximum(size, size.mean())[:, None, None] * np.eye(3)
-    root: Array = np.asarray(np.linalg.cholesky(covariance), dtype=np.float64)
-    return root
+        gradient = _whole_gradient(field, places, noise)
+    return noise_roots(noise, gradient)
 
 
 def mass_of(X: Array, y: Array) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from unmodeled.core.arrays import Array
+from unmodeled.models.learned._sample_noise import noise_roots
 from unmodeled.models.learned.learner import NoiseLevel
 
 __all__ = ["EFFICIENCY", "likely_places", "mass_by_moments", "student_factors", "weight_roots"]
@@ -22,17 +23,9 @@ EFFICIENCY = 0.669
 def weight_roots(noise: NoiseLevel, gradient: Array) -> Array:
     """Return W (n, 3, 3) with W C W' = I, C the stated noise of each sample.
 
-    C is sigma_a^2 I + sigma_s^2 * 2 G G', G the gravity gradient (n, 3, 3) of the whole field: the
-    position is drawn once for the sample and once for the place that its acceleration belongs to.
+    The inverses of `noise_roots`, with the gravity gradient (n, 3, 3) of the whole field.
     """
-    covariance = np.zeros(gradient.shape) + noise.acceleration**2 * np.eye(3)
-    if noise.samples is not None:
-        covariance += noise.samples[:, :, None] ** 2 * np.eye(3)
-    covariance += 2.0 * noise.position**2 * gradient @ gradient.mT
-    # A sample without noise, or a singular G: a millionth of the noise is left.
-    size = np.trace(covariance, axis1=1, axis2=2)
-    covariance += 1e-12 * np.maximum(size, size.mean())[:, None, None] * np.eye(3)
-    return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)))
+    return np.asarray(np.linalg.inv(noise_roots(noise, gradient)))
 
 
 def likely_places(X: Array, noise: NoiseLevel, root: Array, gradient: Array, rest: Array) -> Array:

@@ -18,18 +18,48 @@ import numpy as np
 from unmodeled.core.arrays import Array
 from unmodeled.models.learned.learner import NoiseLevel
 
-__all__ = ["covariances", "relative", "whitening"]
+__all__ = ["covariances", "noise_roots", "relative", "stated_covariances", "whitening"]
 
 #: Least noise of a direction, as a share of the variance of its sample.
 _LEAST = 1e-4
 
 
-def covariances(noise: NoiseLevel, count: int, slope: float) -> Array:
+def stated_covariances(noise: NoiseLevel, gradient: Array) -> Array:
     """Return the noise covariance (n, 3, 3) of each acceleration, in its units squared.
 
     ``sigma_a^2 I + diag(samples^2) + 2 sigma_s^2 G G'``: [McHutchon2011] Eq. 4 for the three
     components together. The 2 is for independent draws: of the observed position, and of the one
     whose acceleration was observed.
+
+    Parameters
+    ----------
+    noise : NoiseLevel
+        What is known.
+    gradient : ndarray (n, 3, 3)
+        G; matters where positions are noisy only.
+    """
+    result = np.zeros(gradient.shape) + noise.acceleration**2 * np.eye(3)
+    if noise.samples is not None:
+        result += noise.samples[:, :, None] ** 2 * np.eye(3)
+    if noise.position:
+        result += 2.0 * noise.position**2 * gradient @ gradient.mT
+    return result
+
+
+def noise_roots(noise: NoiseLevel, gradient: Array) -> Array:
+    """Return lower Cholesky factors (n, 3, 3) of `stated_covariances`.
+
+    Where G is singular, or a sample has no noise at all, a millionth of the noise is left.
+    """
+    covariance = stated_covariances(noise, gradient)
+    size = np.trace(covariance, axis1=1, axis2=2)
+    covariance += 1e-12 * np.maximum(size, size.mean())[:, None, None] * np.eye(3)
+    root: Array = np.asarray(np.linalg.cholesky(covariance), dtype=np.float64)
+    return root
+
+
+def covariances(noise: NoiseLevel, count: int, slope: float) -> Array:
+    """Return `stated_covariances` (n, 3, 3) with a gradient that is not the learner's own.
 
     Parameters
     ----------
@@ -41,13 +71,8 @@ def covariances(noise: NoiseLevel, count: int, slope: float) -> Array:
         Spread of the accelerations per spread of the positions; G is that in all directions where
         no field was taken off.
     """
-    result = np.zeros((count, 3, 3)) + noise.acceleration**2 * np.eye(3)
-    if noise.samples is not None:
-        result += noise.samples[:, :, None] ** 2 * np.eye(3)
-    if noise.position:
-        gradient = slope * np.eye(3) if noise.gradient is None else noise.gradient
-        result += 2.0 * noise.position**2 * gradient @ gradient.mT
-    return result
+    rough = np.broadcast_to(slope * np.eye(3), (count, 3, 3))
+    return stated_covariances(noise, rough if noise.gradient is None else noise.gradient)
 
 
 def whitening(covariance: Array) -> Array | None:

@@ -92,15 +92,14 @@ class ELM(Learner):
             raise ConfigError(f"{self.name}: ridge is {self.ridge}", allowed="a number >= 0")
         passes = PASSES if self.position_noise and noise.position else 1
         self._draw(Standardiser.of(X, y), X)
-        with one_thread():
-            for k in range(passes):
-                size = self._noise_of(X, noise, k > 0)
-                self._level = 0.0 if size is None else float(size[size > 0].min(initial=np.inf))
-                self._root = np.zeros((self.nodes + 4, self.nodes + 4))
-                self._count = 0
-                self._add(X, y, size)
-                self._solve()
-                progress((k + 1) / passes)
+        for k in range(passes):
+            size = self._noise_of(X, noise, k > 0)
+            self._level = 0.0 if size is None else float(size[size > 0].min(initial=np.inf))
+            self._root = np.zeros((self.nodes + 4, self.nodes + 4))
+            self._count = 0
+            self._add(X, y, size)
+            self._solve()
+            progress((k + 1) / passes)
 
     def update(self, X: Array, y: Array, noise: NoiseLevel | None = None) -> Self:
         """Learn from more samples.

@@ -10,9 +10,9 @@ import numpy as np
 
 from unmodeled.core.arrays import Array, as_array
 from unmodeled.core.errors import ConfigError, DataError
-from unmodeled.core.threads import one_thread
 from unmodeled.core.units import NORMALISED_GM
 from unmodeled.models.learned._equal_weights import fit_equal_weights
+from unmodeled.models.learned._sample_noise import noise_roots
 from unmodeled.models.learned.learner import Learner, NoiseLevel, Progress
 from unmodeled.models.learned.point_mass import PointMassOnly
 from unmodeled.models.physics.interior_lattice import ellipsoid_lattice, shape_lattice
@@ -117,9 +117,7 @@ class MasconGP(Learner):
                 progress(0.8 * (k / len(X)))
                 yield rows.reshape(-1, rows.shape[2])
 
-        with one_thread():
-            largest = 1.0 / len(self.places_)
-            found = fit_equal_weights(equations(), _FREE, largest, log_weight)
+        found = fit_equal_weights(equations(), _FREE, 1.0 / len(self.places_), log_weight)
         self.weights_, self.covariance_root_ = found.mean, found.root
         self.amplitude_, self.noise_ = found.amplitude, found.noise
         self.log_evidence_ = found.log_evidence
@@ -139,16 +137,10 @@ class MasconGP(Learner):
         """Return lower Cholesky factors (n, 3, 3) of the stated noise; None if there is none."""
         if noise.position == 0 and noise.acceleration == 0 and noise.samples is None:
             return None
-        covariance = np.zeros((len(X), 3, 3)) + noise.acceleration**2 * np.eye(3)
-        if noise.samples is not None:
-            covariance += noise.samples[:, :, None] ** 2 * np.eye(3)
-        if noise.position:
-            G = PointMassOnly(self.gm)._jacobian(X) if noise.gradient is None else noise.gradient
-            # Two draws of the position: as observed, and of the one whose acceleration it is.
-            covariance += 2.0 * noise.position**2 * G @ G.mT
-        size = np.trace(covariance, axis1=1, axis2=2)
-        covariance += 1e-12 * np.maximum(size, size.mean())[:, None, None] * np.eye(3)
-        return np.asarray(np.linalg.cholesky(covariance), dtype=np.float64)
+        gradient = noise.gradient
+        if gradient is None:
+            gradient = PointMassOnly(self.gm)._jacobian(X)
+        return noise_roots(noise, gradient)
 
     def _offsets(self, X: Array) -> tuple[Array, Array]:
         """Return offsets (n, M, 3) from the masses and their lengths (n, M)."""

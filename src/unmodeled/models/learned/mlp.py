@@ -8,7 +8,6 @@ import numpy as np
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import ConfigError, NumericalError
-from unmodeled.core.threads import one_thread
 from unmodeled.models.learned._plain_training import Trained, outputs, train
 from unmodeled.models.learned._sample_noise import covariances, relative, whitening
 from unmodeled.models.learned.learner import Learner, NoiseLevel, Progress
@@ -102,31 +101,30 @@ class MLP(Learner):
         order = np.random.default_rng([self.random_state, 0]).permutation(len(X))
         count = min(max(1, round(self.validation * len(X))), len(X) - 1)
         held, rest = order[:count], order[count:]
-        with one_thread():
-            found = train(
-                [x.shape[1], *[self.width] * self.layers, 3],
-                [[self.random_state, 1 + k] for k in range(self.members)],
-                (x[rest], t[rest], None if white is None else white[rest]),
-                (x[held], t[held], None if white is None else white[held]),
-                self.activation,
-                self.epochs,
-                self.learning_rate,
-                progress,
+        found = train(
+            [x.shape[1], *[self.width] * self.layers, 3],
+            [[self.random_state, 1 + k] for k in range(self.members)],
+            (x[rest], t[rest], None if white is None else white[rest]),
+            (x[held], t[held], None if white is None else white[held]),
+            self.activation,
+            self.epochs,
+            self.learning_rate,
+            progress,
+        )
+        if not np.isfinite(found.loss).all():
+            raise NumericalError(
+                f"{self.name}: the loss of {len(X)} samples is not finite",
+                do="lower learning_rate",
             )
-            if not np.isfinite(found.loss).all():
-                raise NumericalError(
-                    f"{self.name}: the loss of {len(X)} samples is not finite",
-                    do="lower learning_rate",
-                )
-            self._set_state(scaling, found)
-            misfit = y[held] - self._predict(X[held])
-            size = float(np.abs(y[held]).sum())
-            self.validation_error_ = float(np.abs(misfit).sum()) / max(size, 1e-300)
-            self.best_epoch_ = float(found.epoch.mean())
-            known = np.diagonal(covariance[held], axis1=1, axis2=2)
-            self.spread_factor_ = 1.0
-            if self.members > 1:
-                self.spread_factor_ = _factor(misfit, self._spread(X[held]), known)
+        self._set_state(scaling, found)
+        misfit = y[held] - self._predict(X[held])
+        size = float(np.abs(y[held]).sum())
+        self.validation_error_ = float(np.abs(misfit).sum()) / max(size, 1e-300)
+        self.best_epoch_ = float(found.epoch.mean())
+        known = np.diagonal(covariance[held], axis1=1, axis2=2)
+        self.spread_factor_ = 1.0
+        if self.members > 1:
+            self.spread_factor_ = _factor(misfit, self._spread(X[held]), known)
         progress(1.0)
 
     def _check(self) -> None:

@@ -11,7 +11,6 @@ import numpy as np
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import ConfigError, DataError
-from unmodeled.core.threads import one_thread
 from unmodeled.core.units import NORMALISED_GM
 from unmodeled.models.learned._potential_field import PotentialField, shell
 from unmodeled.models.learned._potential_fit import Samples, fit_field
@@ -151,17 +150,16 @@ class PotentialMLP(Learner):
             points=shell(self.points) if self.harmonic else np.empty((0, 3)),
             project=partial(_project, field.network, self._share()),
         )
-        with one_thread():
-            found = fit_field(
-                field,
-                Samples(X / self.radius, y / unit, level),
-                prior,
-                known=self.mass_error is not None,
-                steps=(self.steps, max(1, self.steps // 3)),
-                passes=self.passes,
-                progress=progress,
-            )
-            uneven = field.laplacian(shell(self.points), found.unknowns)
+        found = fit_field(
+            field,
+            Samples(X / self.radius, y / unit, level),
+            prior,
+            known=self.mass_error is not None,
+            steps=(self.steps, max(1, self.steps // 3)),
+            passes=self.passes,
+            progress=progress,
+        )
+        uneven = field.laplacian(shell(self.points), found.unknowns)
         self.laplacian_ = float(np.sqrt(np.mean(uneven**2)))
         self._adopt(field, found.unknowns, found.root, found.strengths)
         progress(1.0)

@@ -11,7 +11,6 @@ from scipy.spatial import cKDTree
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import ConfigError
-from unmodeled.core.threads import one_thread
 from unmodeled.models.learned._sample_noise import covariances, whitening
 from unmodeled.models.learned.learner import Learner, NoiseLevel, Progress
 from unmodeled.models.learned.scaling import Standardiser
@@ -102,13 +101,12 @@ class RBFNetwork(Learner):
         shares, targets = self._shares(x), scaling.targets(y)
         known = noise if self.position_noise else replace(noise, position=0.0)
         white = whitening(covariances(known, len(X), scaling.slope))
-        with one_thread():
-            if white is None:
-                weights, _, self.rank_, _ = lstsq(shares, targets, cond=self.rcond)
-                self._weights, self.ridge_ = np.ascontiguousarray(weights.T), 0.0
-            else:
-                found = _most_likely(shares, targets, white * scaling.y_scale, self.rcond)
-                self._weights, self.rank_, self.ridge_ = found
+        if white is None:
+            weights, _, self.rank_, _ = lstsq(shares, targets, cond=self.rcond)
+            self._weights, self.ridge_ = np.ascontiguousarray(weights.T), 0.0
+        else:
+            found = _most_likely(shares, targets, white * scaling.y_scale, self.rcond)
+            self._weights, self.rank_, self.ridge_ = found
         progress(1.0)
 
     def _set_state(self, scaling: Standardiser, centres: Array, width: float) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
@@ -141,10 +141,7 @@ def train_residual_network(
     at = _check_epochs(epochs, checks)
     validation = []
     for epoch in range(epochs):
-        h = inputs
-        for weight, bias in layers[:-1]:
-            h = torch.relu(torch.nn.functional.linear(h, weight, bias))
-        wrong = torch.nn.functional.linear(h, *layers[-1]) - targets
+        wrong = _outputs(layers, inputs) - targets
         loss = torch.mean(wrong[:, trained] ** 2)
         optimizer.zero_grad()
         loss.backward()  # type: ignore[no-untyped-call]
@@ -152,10 +149,7 @@ def train_residual_network(
         losses[epoch] = loss.item()
         if epoch + 1 in at:
             with torch.no_grad():
-                h = held_out
-                for weight, bias in layers[:-1]:
-                    h = torch.relu(torch.nn.functional.linear(h, weight, bias))
-                said = torch.nn.functional.linear(h, *layers[-1]).numpy()
+                said = _outputs(layers, held_out).numpy()
             percent = relative_percent(y[validate], y_mean + y_scale * said)
             validation.append((epoch + 1.0, percent))
             if tell is not None:
@@ -175,6 +169,15 @@ def train_residual_network(
         losses=losses,
         validation=np.array(validation).reshape(-1, 2),
     )
+
+
+def _outputs(
+    layers: Sequence[tuple[torch.Tensor, torch.Tensor]], inputs: torch.Tensor
+) -> torch.Tensor:
+    h = inputs
+    for weight, bias in layers[:-1]:
+        h = torch.relu(torch.nn.functional.linear(h, weight, bias))
+    return torch.nn.functional.linear(h, *layers[-1])
 
 
 def _check_epochs(epochs: int, checks: int) -> frozenset[int]:
