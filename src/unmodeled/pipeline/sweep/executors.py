@@ -16,6 +16,8 @@ from unmodeled.pipeline.sweep.worker import THREAD_VARIABLES, start_worker
 __all__ = ["Engine", "InlineExecutor", "dask_engine", "inline_engine", "process_engine"]
 
 T = TypeVar("T")
+#: Longest wait for the thread of a pool whose processes have ended, s.
+_MANAGER_S = 5.0
 
 
 @dataclass(frozen=True)
@@ -154,8 +156,13 @@ def _end(pool: ProcessPoolExecutor) -> None:
     """End a pool now; what its workers have journaled is safe."""
     # Before Python 3.14 (terminate_workers) there is no public way to reach the processes.
     processes = list((getattr(pool, "_processes", None) or {}).values())
+    manager = getattr(pool, "_executor_manager_thread", None)
     pool.shutdown(wait=False, cancel_futures=True)
     for process in processes:
         process.terminate()
     for process in processes:
         process.join()
+    # That thread joins the processes too: who comes second returns before the first has noted
+    # the end. It may hang on the pipe of a process that was killed while reading (gh-94777).
+    if manager is not None:
+        manager.join(_MANAGER_S)
