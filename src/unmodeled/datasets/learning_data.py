@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -17,7 +17,19 @@ from unmodeled.core.units import NormalisedUnits
 from unmodeled.datasets.noise import Noise, observe
 from unmodeled.datasets.trajectory import Trajectory
 
-__all__ = ["LearningData", "NormalisedField", "SampleSet", "make_learning_data"]
+__all__ = [
+    "LearningData",
+    "NormalisedField",
+    "SampleSet",
+    "SunDirection",
+    "TrueForce",
+    "make_learning_data",
+]
+
+#: Times (n,), s since the epoch, to directions (n, 3) from the body to the Sun, inertial axes.
+SunDirection: TypeAlias = Callable[[Array], Array]
+#: Inertial states (n, 6), SI, and times (n,), s, to accelerations (n, 3), m/s2.
+TrueForce: TypeAlias = Callable[[Array, Array], Array]
 
 
 @dataclass(frozen=True)
@@ -32,22 +44,45 @@ class SampleSet:
         Which trajectory of `LearningData.orbits` each sample is from.
     times : ndarray (n,)
         Seconds since that trajectory's epoch.
-    positions, accelerations : ndarray (n, 3)
-        The truth (for measured data: the best knowledge of it).
-    observed_positions, observed_accelerations : ndarray (n, 3)
+    positions, velocities, accelerations : ndarray (n, 3)
+        The truth (for measured data: the best knowledge of it). Velocities are relative to
+        inertial axes, components along those of the positions.
+    observed_positions, observed_velocities, observed_accelerations : ndarray (n, 3)
         With the noise of Eq. 4; what a learner is trained on.
+    sun_directions : ndarray (n, 3), optional
+        Unit vectors to the Sun along the axes of the positions, where they are known.
     """
 
     name: str
     orbit: np.ndarray[Any, np.dtype[np.int64]]
     times: Array
     positions: Array
+    velocities: Array
     accelerations: Array
     observed_positions: Array
+    observed_velocities: Array
     observed_accelerations: Array
+    sun_directions: Array | None = None
 
     def __len__(self) -> int:
         return len(self.times)
+
+    def __getitem__(self, index: Any) -> SampleSet:
+        """Return some of the samples."""
+        columns: dict[str, Any] = {k: v[index] for k, v in self._columns().items()}
+        return replace(self, **columns)
+
+    def joined(self, others: Sequence[SampleSet]) -> SampleSet:
+        """Return these samples followed by others."""
+        columns: dict[str, Any] = {
+            k: np.concatenate([v, *(getattr(s, k) for s in others)])
+            for k, v in self._columns().items()
+        }
+        return replace(self, **columns)
+
+    def _columns(self) -> dict[str, Array]:
+        found = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "name"}
+        return {k: v for k, v in found.items() if v is not None}
 
 
 @dataclass(frozen=True)
@@ -90,7 +125,8 @@ class LearningData:
     facts : dict
         Plain facts for the report (shares of sigma, integrator difference, file notes).
     true_field : NormalisedField or None
-        The field that made the orbits, in body-fixed axes if it turns; None for measured data.
+        The field that made the orbits, in body-fixed axes if it turns; None for measured data
+        and where the truth depends on more than the position.
     spin_rate : float
         With which the true field turns about z, rad/s; body axes are the inertial ones at time 0.
     frame : str
@@ -98,6 +134,11 @@ class LearningData:
     axes_rate : float, optional
         With which the body-fixed axes of the samples turn, rad/s, where that is not ``spin_rate``
         but an estimate of it.
+    true_force : callable, optional
+        In place of ``true_field``: inertial states (n, 6), SI, and times (n,), s, to
+        accelerations, m/s2, inertial axes.
+    sun : SunDirection, optional
+        Where the Sun stands, if it is known.
     """
 
     units: NormalisedUnits
@@ -112,13 +153,17 @@ class LearningData:
     spin_rate: float = 0.0
     frame: str = "inertial"
     axes_rate: float | None = None
+    true_force: TrueForce | None = None
+    sun: SunDirection | None = None
 
     @property
     def learned_spin_rate(self) -> float:
         """With which a field learned from the samples turns in inertial space, rad/s."""
-        if self.frame != "body_fixed":
-            return 0.0
-        return self.spin_rate if self.axes_rate is None else self.axes_rate
+        return _rate(self.frame, self.spin_rate, self.axes_rate)
+
+    def axes_at(self, times: Array) -> Array | None:
+        """Return the rotation (n, 3, 3) from inertial axes to those of the samples, if any."""
+        return _turns(times, self.learned_spin_rate)
 
     @property
     def sets(self) -> tuple[SampleSet, SampleSet, SampleSet]:
@@ -139,6 +184,8 @@ def make_learning_data(
     spin_rate: float = 0.0,
     frame: str = "inertial",
     axes_rate: float | None = None,
+    true_force: TrueForce | None = None,
+    sun: SunDirection | None = None,
 ) -> LearningData:
     """Normalise, add noise, shuffle the training orbit and siphon the interpolation set.
 
@@ -157,11 +204,11 @@ def make_learning_data(
     interpolation_share : float
         Share of the training orbit that is held out, in (0, 0.5].
     true_field : callable, optional
-        True acceleration (m/s2) at positions (m); needed for state noise.
+        True acceleration (m/s2) at positions (m); it or ``true_force`` is needed for state noise.
     facts : dict, optional
         Facts to keep.
-    spin_rate, frame, axes_rate
-        As in `LearningData`; ``true_field`` is then in body-fixed axes.
+    spin_rate, frame, axes_rate, true_force, sun
+        As in `LearningData`; ``true_field`` of a field that turns is in body-fixed axes.
 
     Raises
     ------
@@ -178,23 +225,20 @@ def make_learning_data(
         raise DataError("no orbit to extrapolate to", do="give at least one other orbit")
 
     normal_field = None if true_field is None else NormalisedField(true_field, units)
-    parts = [
-        _samples(k, orbit, units, noise, normal_field, streams, spin_rate, frame, axes_rate)
-        for k, orbit in enumerate(orbits)
-    ]
+    recipe = _Recipe(
+        units, noise, normal_field, true_force, sun, spin_rate, _rate(frame, spin_rate, axes_rate)
+    )
+    parts = [recipe.samples(k, orbit, streams) for k, orbit in enumerate(orbits)]
     n = len(parts[0])
     held = math.ceil(interpolation_share * n - 1e-9)  # 0.07 * 100 is 7.000000000000001
     if n - held < 1:
         raise DataError(f"the training orbit has {n} samples", do="use more periods or samples")
     order = streams.generator("split").permutation(n)
-    train = _take(parts[0], order[held:], "train")
-    interpolation = _take(parts[0], order[:held], "interpolation")
-    extrapolation = _join(parts[1:], "extrapolation")
     return LearningData(
         units,
-        train,
-        interpolation,
-        extrapolation,
+        replace(parts[0][order[held:]], name="train"),
+        replace(parts[0][order[:held]], name="interpolation"),
+        replace(parts[1].joined(parts[2:]), name="extrapolation"),
         tuple(orbits),
         tuple(periods),
         noise,
@@ -203,70 +247,83 @@ def make_learning_data(
         spin_rate,
         frame,
         axes_rate,
+        true_force,
+        sun,
     )
 
 
-def _samples(
-    index: int,
-    orbit: Trajectory,
-    units: NormalisedUnits,
-    noise: Noise,
-    field: Callable[[Array], Array] | None,
-    streams: Streams,
-    spin_rate: float,
-    frame: str,
-    axes_rate: float | None,
-) -> SampleSet:
-    if orbit.accelerations is None:
-        raise DataError(f"{orbit.source}: no accelerations", do="let the smoother make them")
-    if orbit.frame != "inertial":
-        raise DataError(
-            f"{orbit.source} is given in {orbit.frame} axes",
-            allowed="inertial axes",
-            do="rotate it to inertial axes first",
-        )
-    x = orbit.positions / units.length
-    a = orbit.accelerations / units.acceleration
-    if spin_rate != 0.0:
-        turns = body_fixed_from_inertial(orbit.times, spin_rate)
-        if frame == "body_fixed":
-            axes = turns
-            if axes_rate is not None:
-                axes = body_fixed_from_inertial(orbit.times, axes_rate)
-            x, a = turned(axes, x), turned(axes, a)
+@dataclass(frozen=True)
+class _Recipe:
+    """How the samples of an orbit are made; names as in `LearningData`.
+
+    ``axes_rate`` is that of the axes of the samples, zero if these are inertial.
+    """
+
+    units: NormalisedUnits
+    noise: Noise
+    true_field: NormalisedField | None
+    true_force: TrueForce | None
+    sun: SunDirection | None
+    spin_rate: float
+    axes_rate: float
+
+    def samples(self, index: int, orbit: Trajectory, streams: Streams) -> SampleSet:
+        """Return all samples of one orbit."""
+        if orbit.accelerations is None:
+            raise DataError(f"{orbit.source}: no accelerations", do="let the smoother make them")
+        if orbit.frame != "inertial":
+            raise DataError(
+                f"{orbit.source} is given in {orbit.frame} axes",
+                allowed="inertial axes",
+                do="rotate it to inertial axes first",
+            )
+        x = orbit.positions / self.units.length
+        v = orbit.velocities / self.units.velocity
+        a = orbit.accelerations / self.units.acceleration
+        towards = None if self.sun is None else self.sun(orbit.times)
+        axes = _turns(orbit.times, self.axes_rate)
+        if axes is not None:
+            x, v, a = turned(axes, x), turned(axes, v), turned(axes, a)
+            towards = None if towards is None else turned(axes, towards)
+        label = f"orbit-{index}"
+        seen_x, seen_a = observe(x, a, self.noise, self._along(orbit, axes), streams, label)
+        seen_v = v
+        if self.noise.velocity > 0:
+            draw = streams.generator(f"noise.{label}.velocity").standard_normal(v.shape)
+            seen_v = v + self.noise.velocity * draw
+        which = np.full(len(orbit), index)
+        return SampleSet("orbit", which, orbit.times, x, v, a, seen_x, seen_v, seen_a, towards)
+
+    def _along(self, orbit: Trajectory, axes: Array | None) -> Callable[[Array], Array] | None:
+        """Return the true field about the samples of one orbit, in their axes."""
+        force, field = self.true_force, self.true_field
+        if force is not None:
+
+            def pushed(x: Array) -> Array:
+                inertial = x if axes is None else turned(axes.mT, x)
+                states = np.hstack([inertial * self.units.length, orbit.velocities])
+                a: Array = force(states, orbit.times) / self.units.acceleration
+                return a if axes is None else turned(axes, a)
+
+            return pushed
+        if field is None or self.axes_rate == self.spin_rate:
+            return field  # it stands still in the axes of the samples
+        turns = body_fixed_from_inertial(orbit.times, self.spin_rate)
+        if axes is not None:
             turns = turns @ axes.mT  # from the axes of the samples into the body
-        if field is not None and (frame != "body_fixed" or axes_rate is not None):
-            body_field = field
-
-            def field(x: Array) -> Array:
-                return turned(turns.mT, body_field(turned(turns, x)))
-
-    observed_x, observed_a = observe(x, a, noise, field, streams, f"orbit-{index}")
-    return SampleSet("orbit", np.full(len(orbit), index), orbit.times, x, a, observed_x, observed_a)
+        return lambda x: turned(turns.mT, field(turned(turns, x)))
 
 
-def _take(s: SampleSet, index: Any, name: str) -> SampleSet:
-    return SampleSet(
-        name,
-        s.orbit[index],
-        s.times[index],
-        s.positions[index],
-        s.accelerations[index],
-        s.observed_positions[index],
-        s.observed_accelerations[index],
-    )
+def _rate(frame: str, spin_rate: float, axes_rate: float | None) -> float:
+    """Return how fast the axes of samples turn, rad/s."""
+    if frame != "body_fixed":
+        return 0.0
+    return spin_rate if axes_rate is None else axes_rate
 
 
-def _join(parts: Sequence[SampleSet], name: str) -> SampleSet:
-    return SampleSet(
-        name,
-        np.concatenate([p.orbit for p in parts]),
-        np.concatenate([p.times for p in parts]),
-        np.concatenate([p.positions for p in parts]),
-        np.concatenate([p.accelerations for p in parts]),
-        np.concatenate([p.observed_positions for p in parts]),
-        np.concatenate([p.observed_accelerations for p in parts]),
-    )
+def _turns(times: Array, rate: float) -> Array | None:
+    """Return the rotation from inertial axes to those that turn, if they do."""
+    return None if rate == 0.0 else body_fixed_from_inertial(times, rate)
 
 
 def _noise_facts(s: SampleSet, noise: Noise, units: NormalisedUnits) -> dict[str, float]:

@@ -22,20 +22,24 @@ class Noise:
     Parameters
     ----------
     state, acceleration : float
-        Standard deviation on each axis, normalised units.
+        Standard deviation on each axis of position and acceleration, normalised units.
     draws : {"independent", "consistent"}
         Eq. 4 reads ``a_obs = a(x_true + n_s) + n_a`` and ``x_obs = x_true + n_s'``. In the
         ``consistent`` reading the two position errors are the same draw, so that the pair
         (x_obs, a_obs) lies on the true field; in the ``independent`` reading (default) they are
         two draws. The reading decides the result: only independent draws hurt a learner.
+    velocity : float
+        Standard deviation on each axis of the velocity, which is an input of some learners.
     """
 
     state: float = 0.0
     acceleration: float = 0.0
     draws: Literal["independent", "consistent"] = "independent"
+    velocity: float = 0.0
 
     def __post_init__(self) -> None:
-        for name, value in (("state", self.state), ("acceleration", self.acceleration)):
+        for name in ("state", "acceleration", "velocity"):
+            value = getattr(self, name)
             if not (np.isfinite(value) and value >= 0):
                 raise ConfigError(f"noise.{name} is {value}", allowed="a standard deviation >= 0")
         if self.draws not in ("independent", "consistent"):

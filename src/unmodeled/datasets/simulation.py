@@ -104,7 +104,7 @@ def simulate_orbits(
             do="write data.integrator: heyoka",
         )
     steps, rest = divmod(rk4_steps_per_period, samples_per_period)
-    if rest or steps < 1:
+    if (compare or integrator == "rk4") and (rest or steps < 1):
         raise ConfigError(
             f"rk4_steps_per_period is {rk4_steps_per_period}",
             allowed=f"a multiple of samples_per_period ({samples_per_period})",

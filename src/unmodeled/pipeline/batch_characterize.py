@@ -14,6 +14,7 @@ from unmodeled.models.learned import Learner, NoiseLevel, fit_batch, stack_membe
 from unmodeled.pipeline.characterize import score
 from unmodeled.pipeline.config import CharacterizationConfig
 from unmodeled.pipeline.cost import Meter
+from unmodeled.pipeline.inputs import observed_inputs
 from unmodeled.pipeline.prepare import Simulated, prepare, simulate
 from unmodeled.pipeline.results import LearnerResult
 
@@ -163,7 +164,10 @@ def _fit(
     try:
         return fit_batch(
             [config.learners[0].build() for config, _ in runs],
-            [data.train.observed_positions for _, data in runs],
+            [
+                observed_inputs(config.learners[0].features(data.units), data, data.train)
+                for config, data in runs
+            ],
             [data.train.observed_accelerations for _, data in runs],
             [NoiseLevel(data.noise.state, data.noise.acceleration) for _, data in runs],
             device=device,

@@ -16,7 +16,8 @@ from unmodeled.datasets.learning_data import LearningData, SampleSet
 from unmodeled.models.learned import Learner, NoiseLevel
 from unmodeled.pipeline.config import CharacterizationConfig, LearnerConfig
 from unmodeled.pipeline.cost import Meter, time_evaluation
-from unmodeled.pipeline.flight import fly
+from unmodeled.pipeline.flight import Force, fly_force
+from unmodeled.pipeline.inputs import learned_force, observed_inputs, true_inputs
 from unmodeled.pipeline.metrics import calibrate, fractional_error, summarize
 from unmodeled.pipeline.prepare import prepare
 from unmodeled.pipeline.results import CharacterizationResult, LearnerResult, OrbitFlight
@@ -128,7 +129,7 @@ def evaluate(
                 orbit = _orbit_facts(train_consistently(data, learner))
             else:
                 learner.fit(
-                    data.train.observed_positions,
+                    observed_inputs(spec.features(data.units), data, data.train),
                     data.train.observed_accelerations,
                     noise,
                     progress=fitting,
@@ -165,19 +166,21 @@ def score(
     ``cost`` holds the seconds and bytes of its training.
     """
     tell(f"testing {spec.label}", _FIT_SHARE)
-    predictions = {s.name: learner.predict(s.positions) for s in data.sets}
+    features = spec.features(data.units)
+    inputs = {s.name: true_inputs(features, data, s) for s in data.sets}
+    predictions = {name: learner.predict(x) for name, x in inputs.items()}
     errors = {s.name: fractional_error(s.accelerations, predictions[s.name]) for s in data.sets}
     calibrations = {}
     if learner.has_covariance:
         calibrations = {
             s.name: calibrate(
-                s.accelerations, predictions[s.name], learner.predict_covariance(s.positions)
+                s.accelerations, predictions[s.name], learner.predict_covariance(inputs[s.name])
             )
             for s in data.sets
         }
     summaries = {name: summarize(e) for name, e in errors.items()}
     reference = point_mass_summaries(data)["extrapolation"].median
-    single, batch = time_evaluation(learner.predict, data.train.positions)
+    single, batch = time_evaluation(learner.predict, inputs["train"])
     tell(f"flying {spec.label}", _FIT_SHARE + 0.5 * (1 - _FIT_SHARE))
     return LearnerResult(
         spec.label,
@@ -188,7 +191,9 @@ def score(
         errors,
         summaries,
         calibrations,
-        _fly_orbits(learner.predict, data, config, data.learned_spin_rate) if flights else (),
+        _fly_orbits(learned_force(learner, features, data), data, config, data.learned_spin_rate)
+        if flights
+        else (),
         cost.seconds,
         cost.peak_bytes,
         single,
@@ -222,7 +227,7 @@ def check_training(spec: LearnerConfig, data: LearningData) -> TrainingCheck | N
     try:
         return training_check(
             spec.build,
-            train.observed_positions,
+            observed_inputs(spec.features(data.units), data, train),
             train.observed_accelerations,
             NoiseLevel(data.noise.state, data.noise.acceleration),
             train.orbit,
@@ -232,7 +237,7 @@ def check_training(spec: LearnerConfig, data: LearningData) -> TrainingCheck | N
 
 
 def _fly_orbits(
-    acceleration: Callable[[Array], Array],
+    force: Force,
     data: LearningData,
     config: CharacterizationConfig,
     spin_rate: float,
@@ -241,7 +246,7 @@ def _fly_orbits(
     flown = list(zip(data.orbits, data.periods, strict=True))[: config.flight.orbits + 1]
     return tuple(
         OrbitFlight(
-            k, period, fly(acceleration, orbit, data.units, period, longest * period, spin_rate)
+            k, period, fly_force(force, orbit, data.units, period, longest * period, spin_rate)
         )
         for k, (orbit, period) in enumerate(flown)
     )
@@ -249,7 +254,16 @@ def _fly_orbits(
 
 def _flight_floor(config: CharacterizationConfig, data: LearningData) -> float:
     """Error of flying the true field: what the solver itself contributes, m."""
-    if data.true_field is None:
+    if (field := data.true_field) is not None:
+        flights = _fly_orbits(lambda x, v, t: field(x), data, config, data.spin_rate)
+    elif (force := data.true_force) is not None:
+        units = data.units
+
+        def flown(x: Array, v: Array, t: Array) -> Array:
+            a: Array = force(np.hstack([x * units.length, v * units.velocity]), t)
+            return a / units.acceleration
+
+        flights = _fly_orbits(flown, data, config, 0.0)  # inertial, whatever turns in it
+    else:
         return float("nan")
-    flights = _fly_orbits(data.true_field, data, config, data.spin_rate)
     return float(np.max([f.flight.position_error.max() for f in flights]))

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import hashlib
 import json
-from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_type_hints
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model, model_validator
+from pydantic import Field, ValidationError, field_validator, model_validator
 
 from unmodeled.core.errors import ConfigError, nearest
 from unmodeled.core.units import NormalisedUnits
 from unmodeled.datasets.initial_conditions import checked_ranges
 from unmodeled.datasets.noise import Noise
-from unmodeled.models.learned import Learner, Residual, learner_class
 from unmodeled.models.physics.built_in_shapes import SHAPE_NAMES
+from unmodeled.pipeline.cases.case_config import SpacecraftConfig, checked_epoch
+from unmodeled.pipeline.cases.known_effects import build_effect
 from unmodeled.pipeline.config_errors import translate
 from unmodeled.pipeline.config_types import Finite, NonNegative, Positive, Section
+from unmodeled.pipeline.learner_config import LearnerConfig
 from unmodeled.pipeline.yaml12 import read_yaml
 
 __all__ = [
@@ -106,10 +107,17 @@ class DataConfig(Section):
     ``trajectory: simulated`` propagates orbits about the body; a file name (CSV, Parquet, SP3)
     takes its place with that one line. For a file, ``train_periods`` and
     ``extrapolation_periods`` default to 70 % and 30 % of it.
+
+    ``effects`` act on simulated orbits beside the field: entries as in the list ``known`` of a
+    case, pushing ``spacecraft`` from ``epoch``, time zero of all orbits, on. The inertial axes are
+    those of the body's equator (of the Earth: ICRF).
     """
 
     trajectory: str = "simulated"
     field: FieldConfig | None = None
+    effects: Annotated[tuple[dict[str, Any], ...], Field(min_length=1)] | None = None
+    epoch: str | None = None
+    spacecraft: SpacecraftConfig | None = None
     spin: Literal["known", "estimate"] = "known"
     spin_bracket: tuple[Finite, Finite] | None = None
     extrapolation_trajectory: str | None = None
@@ -125,6 +133,30 @@ class DataConfig(Section):
     ranges: dict[str, tuple[Finite, Finite]] = Field(default_factory=dict)
     integrator: Literal["heyoka", "rk4"] = "heyoka"
     rk4_steps_per_period: Annotated[int, Field(ge=1)] = 200
+
+    @field_validator("epoch", mode="before")
+    @classmethod
+    def _has_scale(cls, given: Any) -> Any:
+        return given if given is None else checked_epoch(given, "data.epoch")
+
+    @model_validator(mode="after")
+    def _effects_are_known(self) -> DataConfig:
+        given = [k for k in ("effects", "epoch", "spacecraft") if getattr(self, k) is not None]
+        if given and not self.simulated:
+            raise ConfigError(
+                f"data.{given[0]} with trajectory {self.trajectory}",
+                allowed="simulated orbits",
+                do=f"leave data.{given[0]} out: measured orbits have their own forces and epoch",
+            )
+        if self.effects is None:
+            return self
+        if self.integrator != "heyoka":
+            raise ConfigError(
+                f"data.effects with integrator {self.integrator}", allowed="integrator heyoka"
+            )
+        for number, entry in enumerate(self.effects):
+            build_effect(entry, f"data.effects.{number}", Path())
+        return self
 
     @model_validator(mode="after")
     def _makes_sense(self) -> DataConfig:
@@ -182,12 +214,13 @@ class DataConfig(Section):
 class NoiseConfig(Section):
     """Standard deviations of the noise of [Neamati2022] Eq. 4, on each axis.
 
-    ``unit: normalised`` counts in Brillouin radii and Kepler periods there, ``unit: si`` in m
-    and m/s2.
+    ``unit: normalised`` counts in Brillouin radii and Kepler periods there, ``unit: si`` in m,
+    m/s and m/s2. Only learners with the input ``velocity`` see that of ``velocity``.
     """
 
     state: NonNegative = 0.0
     acceleration: NonNegative = 0.0
+    velocity: NonNegative = 0.0
     unit: Literal["normalised", "si"] = "normalised"
     draws: Literal["independent", "consistent"] = "independent"
 
@@ -198,6 +231,7 @@ class NoiseConfig(Section):
             self.state / (units.length if si else 1.0),
             self.acceleration / (units.acceleration if si else 1.0),
             self.draws,
+            self.velocity / (units.velocity if si else 1.0),
         )
 
 
@@ -206,68 +240,6 @@ class FlightConfig(Section):
 
     periods: Annotated[tuple[Positive, ...], Field(min_length=1)] = (1.0, 3.0)
     orbits: Annotated[int, Field(ge=1)] = 3
-
-
-class LearnerConfig(Section):
-    """One learner: its kind, its baseline, and the hyperparameters of that kind.
-
-    ``baseline: point_mass`` learns what a known point mass leaves; ``none`` learns the raw
-    acceleration, as [Neamati2022] does. Learners that contain the mass themselves take none.
-    """
-
-    kind: str
-    baseline: Literal["point_mass", "none"]
-    label: str
-    params: dict[str, Any]
-
-    @model_validator(mode="before")
-    @classmethod
-    def _gather(cls, given: Any) -> Any:
-        if not isinstance(given, dict):
-            raise ConfigError(
-                f"a learner is given as {given!r}", allowed="a mapping, e.g. {kind: exact_gp}"
-            )
-        if "kind" not in given:
-            raise ConfigError("a learner without kind", do="add e.g. kind: exact_gp")
-        if "params" in given:  # already resolved, as `model_dump` writes it
-            if not isinstance(given["params"], dict):
-                raise ConfigError(
-                    f"params of a learner is {given['params']!r}",
-                    allowed="a mapping, e.g. {epochs: 200}",
-                )
-            given = {k: v for k, v in given.items() if k != "params"} | dict(given["params"])
-        cls_ = learner_class(str(given["kind"]))
-        if cls_ is Residual:
-            raise ConfigError(
-                'learner "residual" is chosen by its baseline',
-                do="write the kind of what learns the residual, with baseline: point_mass",
-            )
-        alone = cls_.stands_alone
-        baseline = given.get("baseline", "none" if alone else "point_mass")
-        if alone and baseline != "none":
-            raise ConfigError(
-                f'learner "{given["kind"]}" with baseline "{baseline}"',
-                allowed="none; it contains the mass itself",
-            )
-        rest = {k: v for k, v in given.items() if k not in ("kind", "baseline", "label")}
-        try:
-            params = _params_model(str(given["kind"])).model_validate(rest).model_dump()
-        except ValidationError as exc:
-            raise translate(
-                exc,
-                _params_model(str(given["kind"])),
-                f"learner {given['kind']}",
-                also=("kind", "baseline", "label"),
-            ) from exc
-        label = given.get("label") or str(given["kind"]).replace("_", " ") + (
-            " on point mass" if baseline == "point_mass" else ""
-        )
-        return {"kind": given["kind"], "baseline": baseline, "label": label, "params": params}
-
-    def build(self) -> Learner:
-        """Return the unfitted learner."""
-        learner = learner_class(self.kind)(**self.params)
-        return Residual(learner) if self.baseline == "point_mass" else learner
 
 
 class CharacterizationConfig(Section):
@@ -306,6 +278,18 @@ class CharacterizationConfig(Section):
                 )
         return self
 
+    @model_validator(mode="after")
+    def _orbit_fit_knows_positions(self) -> CharacterizationConfig:
+        for learner in self.learners:
+            if self.training != "samples" and learner.beyond_position:
+                raise ConfigError(
+                    f'training is {self.training} and "{learner.label}" has the inputs '
+                    + ", ".join(learner.inputs),
+                    allowed="the position alone: the orbit is fitted with a field",
+                    do="write training: samples",
+                )
+        return self
+
     @classmethod
     def resolve(
         cls, content: dict[str, Any], source: str = "configuration"
@@ -321,8 +305,15 @@ class CharacterizationConfig(Section):
     def as_dict(self) -> dict[str, Any]:
         """Return plain data for YAML and JSON; `resolve` gives the same configuration back."""
         content: dict[str, Any] = json.loads(self.model_dump_json())
+        # Keys that were added later are left out at their defaults: older hashes stay the same.
         if self.training == "samples":
-            del content["training"]  # hashes of before it stay the same
+            del content["training"]
+        for key in ("effects", "epoch", "spacecraft"):
+            if content["data"][key] is None:
+                del content["data"][key]
+        if self.noise.velocity == 0:
+            del content["noise"]["velocity"]
+        content["learners"] = [learner.without_defaults() for learner in self.learners]
         return content
 
     @property
@@ -343,18 +334,3 @@ def load_config(path: Path | str, **changes: Any) -> CharacterizationConfig:
         Top-level keys that replace those of the file.
     """
     return CharacterizationConfig.resolve(read_yaml(path) | changes, str(path))
-
-
-@cache
-def _params_model(kind: str) -> type[BaseModel]:
-    """Hyperparameters of a learner as a strict model, made from its ``__init__``."""
-    cls = learner_class(kind)
-    hints = get_type_hints(cls.__init__)
-    fields: dict[str, Any] = {
-        name: (hints[name], default) for name, default in cls.default_params().items()
-    }
-    return create_model(
-        f"{cls.__name__}Params",
-        __config__=ConfigDict(extra="forbid", allow_inf_nan=False),
-        **fields,
-    )

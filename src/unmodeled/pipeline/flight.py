@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 import scipy.integrate
@@ -15,7 +16,10 @@ from unmodeled.core.frames import rotation_about_z
 from unmodeled.core.units import NormalisedUnits
 from unmodeled.datasets.trajectory import Trajectory
 
-__all__ = ["Flight", "fly"]
+__all__ = ["Flight", "Force", "fly", "fly_force"]
+
+#: Positions and velocities (n, 3), normalised, and times (n,), s, to accelerations (n, 3).
+Force: TypeAlias = Callable[[Array, Array, Array], Array]
 
 # Eighth-order steps in each period, shorter near the body (time step proportional to r^1.5).
 # The steps are fixed in advance: a network with kinks or a piecewise constant field costs the
@@ -91,6 +95,27 @@ def fly(
         With which the learned field turns about z, rad/s; its axes are the inertial ones at time
         zero of ``truth``.
     """
+    return fly_force(lambda x, v, t: acceleration(x), truth, units, period, duration, spin_rate)
+
+
+def fly_force(
+    force: Force,
+    truth: Trajectory,
+    units: NormalisedUnits,
+    period: float,
+    duration: float,
+    spin_rate: float = 0.0,
+) -> Flight:
+    """Do what `fly` does, with what may depend on velocity and time too.
+
+    Parameters
+    ----------
+    force : callable
+        Normalised positions and velocities (n, 3) and times (n,), s, to normalised accelerations
+        (n, 3). Velocities are relative to inertial axes, components along those of the positions.
+    truth, units, period, duration, spin_rate
+        As for `fly`.
+    """
     elapsed = truth.times - truth.times[0]
     keep = elapsed <= duration * (1 + _ROUNDING)
     t = elapsed[keep] / units.time
@@ -101,19 +126,20 @@ def fly(
     status = "complete"
     evaluations = 0
 
-    field = acceleration if spin_rate == 0.0 else None
-
     def rate(now: float, y: Array) -> Array:
         nonlocal status, evaluations
         evaluations += 1
         r = math.sqrt(y[0] * y[0] + y[1] * y[1] + y[2] * y[2])
         if not _DEEP < r < far:
             a = np.full(3, np.nan)
-        elif field is not None:
-            a = field(y[None, :3])[0]
         else:
-            turn = rotation_about_z(spin_rate * (float(truth.times[0]) + now * units.time))
-            a = turn.T @ acceleration((turn @ y[:3])[None])[0]
+            time = float(truth.times[0]) + now * units.time
+            at = np.array([time])
+            if spin_rate == 0.0:
+                a = force(y[None, :3], y[None, 3:], at)[0]
+            else:
+                turn = rotation_about_z(spin_rate * time)
+                a = turn.T @ force((turn @ y[:3])[None], (turn @ y[3:])[None], at)[0]
         if not np.all(np.isfinite(a)):
             status = (
                 "left the region"

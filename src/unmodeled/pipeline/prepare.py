@@ -38,6 +38,13 @@ from unmodeled.models.learned import NoiseLevel
 from unmodeled.models.physics import Dynamics
 from unmodeled.pipeline.config import CharacterizationConfig
 from unmodeled.pipeline.estimated_spin import SpinEstimate, estimate_spin
+from unmodeled.pipeline.extra_effects import (
+    extra_effects,
+    measured_tracks,
+    sun_of,
+    tracks_for,
+    with_extra_effects,
+)
 
 __all__ = ["SAMPLES_PER_PERIOD", "Simulated", "find_trajectory", "prepare", "simulate"]
 
@@ -77,6 +84,7 @@ def prepare(
     if config.data.simulated:
         dynamics, orbits, facts = (simulated or partial(simulate, folders=folders))(config, body)
         turning = config.data.field
+        beside = config.data.effects is not None
         make = partial(
             make_learning_data,
             orbits.orbits,
@@ -85,7 +93,9 @@ def prepare(
             noise,
             streams,
             interpolation_share=share,
-            true_field=dynamics.acceleration,
+            true_field=None if beside else dynamics.acceleration,
+            true_force=dynamics.acceleration if beside else None,
+            sun=sun_of(dynamics.tracks or tracks_for(config, body, None)),
             spin_rate=0.0 if turning is None else body.spin_rate,
         )
         frame = "inertial" if turning is None else turning.frame
@@ -99,7 +109,14 @@ def prepare(
         return make(facts=facts, frame=frame, axes_rate=found.rate)
     measured, periods, facts = _measured(config, body, folders)
     return make_learning_data(
-        measured, periods, units, noise, streams, interpolation_share=share, facts=facts
+        measured,
+        periods,
+        units,
+        noise,
+        streams,
+        interpolation_share=share,
+        facts=facts,
+        sun=sun_of(measured_tracks(config, body, measured)),
     )
 
 
@@ -142,8 +159,9 @@ def simulate(
     """Propagate the training orbit and the extrapolation orbits of a configuration.
 
     ``compare_integrators`` false leaves out the RK4 orbit where heyoka makes the truth: nine
-    tenths of the time, and no number but the difference changes. A field that turns is never
-    compared: the RK4 here knows no time. ``folders`` are where ``data.field.file`` is looked for.
+    tenths of the time, and no number but the difference changes. A field that turns, or has effects
+    beside it, is never compared: the RK4 here knows no time and no velocity. ``folders`` are where
+    ``data.field.file`` is looked for.
 
     Returns
     -------
@@ -156,8 +174,10 @@ def simulate(
     """
     body = body or load_body(config.body)
     data = config.data
-    dynamics = _truth(config, body, folders)
-    compare_integrators = compare_integrators and data.field is None
+    found = extra_effects(config, body, folders)
+    tracks = tracks_for(config, body, found)
+    dynamics = with_extra_effects(_truth(config, body, folders), found, tracks)
+    compare_integrators = compare_integrators and data.field is None and found is None
     radius = body.brillouin_radius
     train, extrapolation = data.periods()
     if train is None or extrapolation is None:

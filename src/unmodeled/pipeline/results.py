@@ -263,7 +263,9 @@ class CharacterizationResult:
         learner = self[label].learner
         if learner is None:
             raise ValueError(f"{label} has no fitted model: {self[label].failure}")
-        return LearnedField(learner, self.data.units, self.data.frame)
+        spec = next(spec for spec in self.config.learners if spec.label == label)
+        units = self.data.units
+        return LearnedField(learner, units, self.data.frame, spec.features(units))
 
     def save(self, folder: Path) -> None:
         """Write configuration, provenance, tables and models into a folder."""

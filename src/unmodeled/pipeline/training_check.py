@@ -66,8 +66,10 @@ def training_check(
     ----------
     make : callable
         Returns an unfitted learner.
-    X, y : ndarray (n, 3)
-        Observed positions and accelerations, normalised.
+    X : ndarray (n, 3) or (n, d)
+        Observed positions, normalised, or inputs that begin with them.
+    y : ndarray (n, 3)
+        Observed accelerations, normalised.
     noise : NoiseLevel, optional
         As for `Learner.fit`.
     orbits : ndarray (n,), optional
@@ -79,11 +81,12 @@ def training_check(
         If the learner refuses the samples that are left.
     """
     noise = noise or NoiseLevel()
-    folds, held_out = _folds(X, orbits)
+    positions = X[:, :3]
+    folds, held_out = _folds(positions, orbits)
     point_mass = PointMassOnly()  # its mass is known: nothing to fit
     errors, references, failure = [], [], ""
     for held in folds:
-        references.append(fractional_error(y[held], point_mass._predict(X[held])))
+        references.append(fractional_error(y[held], point_mass._predict(positions[held])))
         try:
             learner = make().fit(X[~held], y[~held], _part(noise, ~held))
         except NumericalError as error:

@@ -19,17 +19,18 @@ _STEPS = 6
 
 @dataclass(frozen=True)
 class SmoothOrbit:
-    """Positions and true accelerations, dense in time.
+    """Positions, velocities and true accelerations, dense in time.
 
     Parameters
     ----------
-    positions, accelerations : ndarray (n, 3)
+    positions, velocities, accelerations : ndarray (n, 3)
         Normalised units, axes of the orbit.
     times : ndarray (n,)
         Seconds since the epoch of the orbit.
     """
 
     positions: Array
+    velocities: Array
     accelerations: Array
     times: Array
 
@@ -58,7 +59,9 @@ def smooth_orbit(orbit: Trajectory, units: NormalisedUnits, seconds: float = np.
     v = part.velocities / units.velocity
     a = part.accelerations / units.acceleration
     dense = np.interp(np.arange(_STEPS * (len(t) - 1) + 1) / _STEPS, np.arange(len(t)), t)
-    positions: Array = BPoly.from_derivatives(t, np.stack([x, v, a], axis=1))(dense)
+    curve = BPoly.from_derivatives(t, np.stack([x, v, a], axis=1))
+    positions: Array = curve(dense)
+    velocities: Array = curve.derivative()(dense)
     mass = PointMassOnly().fit(x, a)
     rest = CubicSpline(t, a - mass.predict(x))(dense)
-    return SmoothOrbit(positions, mass.predict(positions) + rest, dense * units.time)
+    return SmoothOrbit(positions, velocities, mass.predict(positions) + rest, dense * units.time)

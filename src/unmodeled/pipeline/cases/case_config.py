@@ -14,10 +14,20 @@ from pydantic import (
 
 from unmodeled.core.errors import ConfigError
 from unmodeled.pipeline.cases.quantities import parse_quantity
+from unmodeled.pipeline.cases.spacecraft import Spacecraft
 from unmodeled.pipeline.config_errors import translate
 from unmodeled.pipeline.config_types import Section
 
-__all__ = ["KINDS", "ArcConfig", "CaseConfig", "MeasurementConfig", "StateConfig", "parse_vector"]
+__all__ = [
+    "KINDS",
+    "ArcConfig",
+    "CaseConfig",
+    "MeasurementConfig",
+    "SpacecraftConfig",
+    "StateConfig",
+    "checked_epoch",
+    "parse_vector",
+]
 
 #: Units of the sigmas of each measurement kind: one, or one for each half of the components.
 KINDS: dict[str, tuple[str, ...]] = {
@@ -37,6 +47,23 @@ class SpacecraftConfig(Section):
     area: Any
     reflectivity: Any = 1.3
     drag_coefficient: Any = 2.2
+
+    def made(self) -> Spacecraft:
+        """Return the spacecraft in SI.
+
+        Raises
+        ------
+        ConfigError
+            If a unit is wrong or a number is not positive.
+        """
+        return Spacecraft(
+            mass=parse_quantity(self.mass, "kg", "spacecraft.mass"),
+            area=parse_quantity(self.area, "m2", "spacecraft.area"),
+            reflectivity=parse_quantity(self.reflectivity, "1", "spacecraft.reflectivity"),
+            drag_coefficient=parse_quantity(
+                self.drag_coefficient, "1", "spacecraft.drag_coefficient"
+            ),
+        )
 
 
 class StationConfig(Section):
@@ -218,13 +245,7 @@ class CaseConfig(Section):
     @field_validator("epoch", mode="before")
     @classmethod
     def _has_scale(cls, given: Any) -> Any:
-        if isinstance(given, datetime.date):  # what YAML makes of a date without a scale
-            raise ConfigError(
-                f'epoch "{given.isoformat()}" has no time scale',
-                allowed="a date with UTC, TAI, TT, TDB or GPS behind it",
-                do='write it like "2016-03-13T00:00:00 UTC"',
-            )
-        return given
+        return checked_epoch(given, "epoch")
 
     @model_validator(mode="before")
     @classmethod
@@ -265,6 +286,23 @@ class CaseConfig(Section):
             raise ConfigError(found, allowed=said.allowed, do=said.do) from exc
         except ConfigError as exc:
             raise ConfigError(f"{source}: {exc.found}", allowed=exc.allowed, do=exc.do) from exc
+
+
+def checked_epoch(given: Any, name: str) -> Any:
+    """Return an epoch as it is written.
+
+    Raises
+    ------
+    ConfigError
+        If it has no time scale.
+    """
+    if isinstance(given, datetime.date):  # what YAML makes of a date without a scale
+        raise ConfigError(
+            f'{name} "{given.isoformat()}" has no time scale',
+            allowed="a date with UTC, TAI, TT, TDB or GPS behind it",
+            do='write it like "2016-03-13T00:00:00 UTC"',
+        )
+    return given
 
 
 def parse_vector(given: Any, unit: str, name: str) -> list[float]:

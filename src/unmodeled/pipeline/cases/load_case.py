@@ -18,7 +18,6 @@ from unmodeled.pipeline.cases.case import Case
 from unmodeled.pipeline.cases.case_config import (
     CaseConfig,
     ExcludeConfig,
-    SpacecraftConfig,
 )
 from unmodeled.pipeline.cases.catalogue import default_candidates
 from unmodeled.pipeline.cases.cut_arcs import cut
@@ -70,7 +69,10 @@ class Ground:
     def of(cls, config: CaseConfig, folder: Path) -> Ground:
         """Return the ground of a case file; paths are relative to its folder."""
         parse_epoch(config.epoch)
-        body, craft = _body(config.body, folder), _spacecraft(config.spacecraft)
+        body, craft = (
+            _body(config.body, folder),
+            config.spacecraft.made() if config.spacecraft else None,
+        )
         kernel = _kernel(config.ephemeris, folder)
         around = Surroundings(body, config.epoch, config.frame, kernel)
         return cls(
@@ -198,17 +200,6 @@ def _body(given: str | Mapping[str, Any], folder: Path) -> Body:
             )
     filled = {"title": values["name"], "reference_radius": values["brillouin_radius"], **values}
     return Body(**filled)
-
-
-def _spacecraft(given: SpacecraftConfig | None) -> Spacecraft | None:
-    if given is None:
-        return None
-    return Spacecraft(
-        mass=parse_quantity(given.mass, "kg", "spacecraft.mass"),
-        area=parse_quantity(given.area, "m2", "spacecraft.area"),
-        reflectivity=parse_quantity(given.reflectivity, "1", "spacecraft.reflectivity"),
-        drag_coefficient=parse_quantity(given.drag_coefficient, "1", "spacecraft.drag_coefficient"),
-    )
 
 
 def _kernel(given: str, folder: Path) -> str:

@@ -30,7 +30,14 @@ class FlightForm:
 
     @classmethod
     def of(cls, learned: LearnedField) -> FlightForm:
-        """Freeze a fitted learner with its units; later fits of it change nothing here."""
+        """Freeze a fitted learner with its units; later fits of it change nothing here.
+
+        Raises
+        ------
+        DataError
+            If it depends on more than the position.
+        """
+        learned.require_position_alone("the flight form")
         return cls(freeze(learned.learner), learned.units)
 
     def evaluate(self, x: Array, t: float) -> tuple[Array, Array, Array | None]:

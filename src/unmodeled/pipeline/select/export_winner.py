@@ -7,6 +7,7 @@ from pathlib import Path
 from unmodeled.core.errors import ConfigError
 from unmodeled.core.threads import one_thread
 from unmodeled.models.learned import NoiseLevel
+from unmodeled.pipeline.inputs import observed_inputs
 from unmodeled.pipeline.learned_field import LearnedField
 from unmodeled.pipeline.select.regimes import regimes_of
 from unmodeled.pipeline.sweep.runner import learning_data
@@ -55,13 +56,14 @@ def export_winner(
     with one_thread():
         data = learning_data(run.config, opened.folders)
         learner = run.config.learners[0].build()
+        features = run.config.learners[0].features(data.units)
         learner.fit(
-            data.train.observed_positions,
+            observed_inputs(features, data, data.train),
             data.train.observed_accelerations,
             NoiseLevel(data.noise.state, data.noise.acceleration),
         )
     folder.mkdir(parents=True, exist_ok=True)
     written = [folder / "winner.safetensors", folder / "winner.yaml"]
-    LearnedField(learner, data.units, data.frame).save(written[0])
+    LearnedField(learner, data.units, data.frame, features).save(written[0])
     write_yaml(run.config.as_dict(), written[1])
     return written

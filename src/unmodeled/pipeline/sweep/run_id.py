@@ -12,6 +12,7 @@ from typing import Any
 from unmodeled.datasets.bodies import load_body
 from unmodeled.datasets.simulation import gravity_of
 from unmodeled.pipeline.config import CharacterizationConfig
+from unmodeled.pipeline.extra_effects import extra_effects
 from unmodeled.pipeline.prepare import SAMPLES_PER_PERIOD, find_trajectory
 
 __all__ = ["canonical", "cell_id", "digest", "run_id"]
@@ -50,10 +51,13 @@ def canonical(
     for learner in content["learners"]:
         del learner["label"]
     _settle_data(content["data"], config, folders)
+    if (found := extra_effects(config, load_body(config.body), folders)) is not None:
+        content["data"]["effects"] = [repr(found.effects), sorted(found.values.items())]
+        content["data"].pop("spacecraft", None)  # its numbers are in the values
     noise = content["noise"]
     if noise["state"] == 0:
         del noise["draws"]  # independent or not: there is no position error
-        if noise["acceleration"] == 0:
+        if noise["acceleration"] == 0 and "velocity" not in noise:
             del noise["unit"]
     if not flights:
         del content["flight"]

@@ -12,6 +12,7 @@ from mpl_toolkits.mplot3d.axes3d import Axes3D  # type: ignore[import-untyped]
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.frames import body_fixed_from_inertial, turned
+from unmodeled.pipeline.inputs import learned_force
 from unmodeled.pipeline.results import CharacterizationResult, LearnerResult
 from unmodeled.reports.numbers import engineering
 from unmodeled.reports.smooth import smooth_orbit
@@ -98,8 +99,9 @@ def _panel(
     curve = smooth_orbit(data.orbits[orbit], data.units, _MOST_PERIODS * data.periods[orbit])
     true = curve.accelerations * data.units.acceleration
     turn = body_fixed_from_inertial(curve.times, data.learned_spin_rate)
-    places = turned(turn, curve.positions)
-    predicted = learner.learner.predict(places) * data.units.acceleration
+    force = learned_force(learner.learner, result.field(learner.label).features, data)
+    places, speeds = turned(turn, curve.positions), turned(turn, curve.velocities)
+    predicted = force(places, speeds, curve.times) * data.units.acceleration
     predicted = turned(turn.mT, predicted)
     factor, prefix = engineering(float(np.abs(true).max()))
     true, predicted = true * factor, predicted * factor

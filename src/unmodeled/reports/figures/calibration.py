@@ -12,6 +12,8 @@ from scipy.special import erf
 
 from unmodeled.core.arrays import Array
 from unmodeled.datasets.learning_data import LearningData
+from unmodeled.models.learned import InputFeatures
+from unmodeled.pipeline.inputs import true_inputs
 from unmodeled.pipeline.results import CharacterizationResult, LearnerResult
 from unmodeled.reports.figures.log_axes import LogRange, decades
 from unmodeled.reports.numbers import engineering
@@ -55,7 +57,8 @@ def calibration(result: CharacterizationResult) -> Figure | None:
         styles = learner_styles(result.config.learners)
         grid = figure.subplots(len(learners), 2, squeeze=False)
         for (left, right), learner in zip(grid, learners, strict=True):
-            pairs = {s: _pairs(learner, result.data, s) for s in _ORDER}
+            features = result.field(learner.label).features
+            pairs = {s: _pairs(learner, features, result.data, s) for s in _ORDER}
             _coverage(left, pairs)
             left.plot(
                 [0.02],
@@ -73,10 +76,12 @@ def calibration(result: CharacterizationResult) -> Figure | None:
     return figure
 
 
-def _pairs(learner: LearnerResult, data: LearningData, name: str) -> _Pairs:
+def _pairs(
+    learner: LearnerResult, features: InputFeatures, data: LearningData, name: str
+) -> _Pairs:
     assert learner.learner is not None
     samples = next(s for s in data.sets if s.name == name)
-    covariance = learner.learner.predict_covariance(samples.positions)
+    covariance = learner.learner.predict_covariance(true_inputs(features, data, samples))
     sigma = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
     error = np.abs(samples.accelerations - learner.predictions[name])
     unit = data.units.acceleration
