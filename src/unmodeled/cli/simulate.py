@@ -197,7 +197,10 @@ def _orbits(
     if out.is_file():
         raise InputError(f"{out} is a file", allowed="a folder for the orbits")
     _, orbits, _ = run(resolved)
-    names = ["train.csv", *(f"extrapolation-{k}.csv" for k in range(1, len(orbits.orbits)))]
+    more = range(2, resolved.data.training_orbits + 1)
+    others = range(1, len(orbits.orbits) - len(more))
+    names = ["train.csv", *(f"extrapolation-{k}.csv" for k in others)]
+    names += [f"train-{k}.csv" for k in more]
     with new_files(out) as staging:
         for name, orbit in zip(names, orbits.orbits, strict=True):
             write_trajectory(orbit, staging / name)

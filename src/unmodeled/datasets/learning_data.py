@@ -117,7 +117,7 @@ class LearningData:
         Interpolation samples are siphoned from the training orbit; extrapolation samples are
         other orbits (or later revolutions).
     orbits : tuple of Trajectory
-        The true orbits, SI, the training orbit first.
+        The true orbits, SI: the training orbit, those of extrapolation, further training orbits.
     periods : tuple of float
         Kepler period of each orbit, s.
     noise : Noise
@@ -139,6 +139,8 @@ class LearningData:
         accelerations, m/s2, inertial axes.
     sun : SunDirection, optional
         Where the Sun stands, if it is known.
+    training_orbits : int
+        How many of the orbits are trained on.
     """
 
     units: NormalisedUnits
@@ -155,6 +157,12 @@ class LearningData:
     axes_rate: float | None = None
     true_force: TrueForce | None = None
     sun: SunDirection | None = None
+    training_orbits: int = 1
+
+    @property
+    def extrapolation_orbits(self) -> range:
+        """Which of ``orbits`` are not trained on."""
+        return _others(len(self.orbits), self.training_orbits)
 
     @property
     def learned_spin_rate(self) -> float:
@@ -186,13 +194,15 @@ def make_learning_data(
     axes_rate: float | None = None,
     true_force: TrueForce | None = None,
     sun: SunDirection | None = None,
+    training_orbits: int = 1,
 ) -> LearningData:
-    """Normalise, add noise, shuffle the training orbit and siphon the interpolation set.
+    """Normalise, add noise, shuffle the training orbits and siphon the interpolation set.
 
     Parameters
     ----------
     orbits : sequence of Trajectory
-        Inertial, with accelerations; the first is the training orbit, at least one more.
+        Inertial, with accelerations: the training orbit, at least one other, and further training
+        orbits at the end, so that more of them change neither the first nor the others.
     periods : sequence of float
         Kepler period of each, s.
     units : NormalisedUnits
@@ -202,13 +212,15 @@ def make_learning_data(
     streams : Streams
         Uses the streams ``split`` and ``noise.*``.
     interpolation_share : float
-        Share of the training orbit that is held out, in (0, 0.5].
+        Share of the samples of training orbits that is held out, in (0, 0.5].
     true_field : callable, optional
         True acceleration (m/s2) at positions (m); it or ``true_force`` is needed for state noise.
     facts : dict, optional
         Facts to keep.
     spin_rate, frame, axes_rate, true_force, sun
         As in `LearningData`; ``true_field`` of a field that turns is in body-fixed axes.
+    training_orbits : int
+        How many of ``orbits`` are trained on.
 
     Raises
     ------
@@ -221,7 +233,8 @@ def make_learning_data(
         raise ConfigError(
             f"interpolation_share is {interpolation_share}", allowed="more than 0, at most 0.5"
         )
-    if len(orbits) < 2:
+    others = _others(len(orbits), training_orbits)
+    if not others:
         raise DataError("no orbit to extrapolate to", do="give at least one other orbit")
 
     normal_field = None if true_field is None else NormalisedField(true_field, units)
@@ -229,27 +242,34 @@ def make_learning_data(
         units, noise, normal_field, true_force, sun, spin_rate, _rate(frame, spin_rate, axes_rate)
     )
     parts = [recipe.samples(k, orbit, streams) for k, orbit in enumerate(orbits)]
-    n = len(parts[0])
+    trained = parts[0].joined(parts[others.stop :])
+    n = len(trained)
     held = math.ceil(interpolation_share * n - 1e-9)  # 0.07 * 100 is 7.000000000000001
     if n - held < 1:
         raise DataError(f"the training orbit has {n} samples", do="use more periods or samples")
     order = streams.generator("split").permutation(n)
     return LearningData(
         units,
-        replace(parts[0][order[held:]], name="train"),
-        replace(parts[0][order[:held]], name="interpolation"),
-        replace(parts[1].joined(parts[2:]), name="extrapolation"),
+        replace(trained[order[held:]], name="train"),
+        replace(trained[order[:held]], name="interpolation"),
+        replace(parts[1].joined(parts[2 : others.stop]), name="extrapolation"),
         tuple(orbits),
         tuple(periods),
         noise,
-        (facts or {}) | _noise_facts(parts[0], noise, units),
+        (facts or {}) | _noise_facts(trained, noise, units),
         normal_field,
         spin_rate,
         frame,
         axes_rate,
         true_force,
         sun,
+        training_orbits,
     )
+
+
+def _others(orbits: int, training_orbits: int) -> range:
+    """Return which orbits are not trained on: all but the first and the last ones."""
+    return range(1, orbits - training_orbits + 1)
 
 
 @dataclass(frozen=True)

@@ -243,12 +243,12 @@ def _fly_orbits(
     spin_rate: float,
 ) -> tuple[OrbitFlight, ...]:
     longest = max(config.flight.periods)
-    flown = list(zip(data.orbits, data.periods, strict=True))[: config.flight.orbits + 1]
+    flown = [0, *data.extrapolation_orbits[: config.flight.orbits]]
     return tuple(
         OrbitFlight(
             k, period, fly_force(force, orbit, data.units, period, longest * period, spin_rate)
         )
-        for k, (orbit, period) in enumerate(flown)
+        for k, orbit, period in ((k, data.orbits[k], data.periods[k]) for k in flown)
     )
 
 

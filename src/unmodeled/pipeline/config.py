@@ -108,6 +108,8 @@ class DataConfig(Section):
     takes its place with that one line. For a file, ``train_periods`` and
     ``extrapolation_periods`` default to 70 % and 30 % of it.
 
+    ``training_orbits`` beyond the first are drawn after all others: those stay what they are.
+
     ``effects`` act on simulated orbits beside the field: entries as in the list ``known`` of a
     case, pushing ``spacecraft`` from ``epoch``, time zero of all orbits, on. The inertial axes are
     those of the body's equator (of the Earth: ICRF).
@@ -127,6 +129,7 @@ class DataConfig(Section):
     extrapolation_periods: Positive | None = None
     samples_per_period: Annotated[int, Field(ge=4)] | None = None
     interpolation_share: Annotated[float, Field(gt=0, le=0.5)] = 0.05
+    training_orbits: Annotated[int, Field(ge=1)] = 1
     extrapolation_orbits: Annotated[int, Field(ge=1)] = 1
     orbit: OrbitConfig | None = None
     other_orbits: Annotated[tuple[OrbitConfig, ...], Field(min_length=1)] | None = None
@@ -142,6 +145,13 @@ class DataConfig(Section):
     @model_validator(mode="after")
     def _effects_are_known(self) -> DataConfig:
         given = [k for k in ("effects", "epoch", "spacecraft") if getattr(self, k) is not None]
+        if self.training_orbits > 1 and (not self.simulated or self.spin == "estimate"):
+            raise ConfigError(
+                f"data.training_orbits is {self.training_orbits} with "
+                + ("spin: estimate" if self.simulated else f"trajectory {self.trajectory}"),
+                allowed="1",
+                do="leave data.training_orbits out",
+            )
         if given and not self.simulated:
             raise ConfigError(
                 f"data.{given[0]} with trajectory {self.trajectory}",
@@ -279,7 +289,13 @@ class CharacterizationConfig(Section):
         return self
 
     @model_validator(mode="after")
-    def _orbit_fit_knows_positions(self) -> CharacterizationConfig:
+    def _orbit_fit_knows_one_orbit(self) -> CharacterizationConfig:
+        if self.training != "samples" and self.data.training_orbits > 1:
+            raise ConfigError(
+                f"training is {self.training} and data.training_orbits is "
+                f"{self.data.training_orbits}",
+                allowed="one training orbit",
+            )
         for learner in self.learners:
             if self.training != "samples" and learner.beyond_position:
                 raise ConfigError(
@@ -308,6 +324,8 @@ class CharacterizationConfig(Section):
         # Keys that were added later are left out at their defaults: older hashes stay the same.
         if self.training == "samples":
             del content["training"]
+        if self.data.training_orbits == 1:
+            del content["data"]["training_orbits"]
         for key in ("effects", "epoch", "spacecraft"):
             if content["data"][key] is None:
                 del content["data"][key]

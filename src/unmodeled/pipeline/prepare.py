@@ -96,6 +96,7 @@ def prepare(
             true_field=None if beside else dynamics.acceleration,
             true_force=dynamics.acceleration if beside else None,
             sun=sun_of(dynamics.tracks or tracks_for(config, body, None)),
+            training_orbits=config.data.training_orbits,
             spin_rate=0.0 if turning is None else body.spin_rate,
         )
         frame = "inertial" if turning is None else turning.frame
@@ -168,7 +169,7 @@ def simulate(
     dynamics : Dynamics
         The true field, SI.
     orbits : SimulatedOrbits
-        The training orbit first.
+        The training orbit first, further ones last.
     facts : dict
         For the report.
     """
@@ -183,13 +184,14 @@ def simulate(
     if train is None or extrapolation is None:
         raise AssertionError("a simulated orbit has its periods from the volume preset")
     screened = max(SCREENING_PERIODS, train, extrapolation)
+    trained = data.training_orbits
     elements, states, tried = _initial_conditions(config, dynamics, radius, screened)
     orbits = simulate_orbits(
         dynamics,
         elements,
         states,
         radius,
-        periods=[train] + [extrapolation] * (len(states) - 1),
+        periods=[train] + [extrapolation] * (len(states) - trained) + [train] * (trained - 1),
         samples_per_period=data.samples_per_period or SAMPLES_PER_PERIOD,
         integrator=data.integrator,
         rk4_steps_per_period=data.rk4_steps_per_period,
@@ -247,12 +249,14 @@ def _initial_conditions(
     own = [orbit for orbit in (data.orbit, *(data.other_orbits or ())) if orbit is not None]
     given = pd.DataFrame([orbit.model_dump() for orbit in own], columns=list(ELEMENT_NAMES))
     drawn = None
+    count = data.training_orbits - 1
     if data.other_orbits is None:
-        count = data.extrapolation_orbits + (data.orbit is None)
+        count += data.extrapolation_orbits + (data.orbit is None)
+    if count:
         streams = Streams(config.seed)
         drawn = collision_free(dynamics, radius, count, streams, data.ranges, periods=periods)
     if not own:
-        assert drawn is not None  # other_orbits need data.orbit
+        assert drawn is not None  # the training orbit at least
         return drawn.elements, drawn.states, drawn.tried
     states = require_collision_free(dynamics, given, radius, periods)
     if drawn is None:

@@ -103,17 +103,20 @@ def _calibration(result: CharacterizationResult) -> tuple[str, str]:
 
 def _trajectories(result: CharacterizationResult) -> tuple[str, str]:
     train, others = spans(result)
+    many = result.data.training_orbits > 1
+    orbits, on = ("orbits", "them") if many else ("orbit", "it")
     return (
         "Three-dimensional view of the training orbit, the extrapolation orbits and the body",
-        f"The training orbit over {train}, the held-out samples on it, and the extrapolation "
-        f"{'orbit' if len(result.data.orbits) == 2 else 'orbits'} over {others}, inertial axes. "
+        f"The training {orbits} over {train}, the held-out samples on {on}, and the extrapolation "
+        f"{'orbit' if len(result.data.extrapolation_orbits) == 1 else 'orbits'} over {others}, "
+        "inertial axes. "
         f"The sphere is the Brillouin sphere of radius {number(result.data.units.length, 4)} m.",
     )
 
 
 def _basis(result: CharacterizationResult) -> str:
     data = result.data
-    count = len(data.orbits) - 1
+    count = len(data.extrapolation_orbits)
     noise = data.noise
     if noise.state == 0 and noise.acceleration == 0:
         level = "no noise"

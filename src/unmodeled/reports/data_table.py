@@ -44,9 +44,10 @@ def data_table(result: CharacterizationResult) -> Table:
 def element_table(result: CharacterizationResult) -> Table:
     """Return the initial osculating elements of simulated orbits; no rows for measured ones."""
     elements = result.data.facts.get("elements", ())
+    others = result.data.extrapolation_orbits
     rows = tuple(
         (
-            "training orbit" if k == 0 else f"extrapolation orbit {k}",
+            f"extrapolation orbit {k}" if k in others else "training orbit",
             *(f"{row[name]:.4g}" for name in _ELEMENTS),
         )
         for k, row in enumerate(elements)

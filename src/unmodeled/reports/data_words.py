@@ -16,7 +16,7 @@ def elsewhere(result: CharacterizationResult) -> str:
     """Return what extrapolation means here, to follow "worse": "on other orbits" or the like."""
     if _later(result):
         return "on later revolutions"
-    return "on another orbit" if len(result.data.orbits) == 2 else "on other orbits"
+    return "on another orbit" if len(result.data.extrapolation_orbits) == 1 else "on other orbits"
 
 
 def spans(result: CharacterizationResult) -> tuple[str, str]:
@@ -33,7 +33,7 @@ def spans(result: CharacterizationResult) -> tuple[str, str]:
         times = [seconds_text(s) for s in sorted((low[1], high[1]))]
         return f"{' to '.join(periods)} periods ({' to '.join(dict.fromkeys(times))})"
 
-    others = [span(k) for k in range(1, len(result.data.orbits))]
+    others = [span(k) for k in result.data.extrapolation_orbits]
     return text(span(0), span(0)), text(
         min(others, key=lambda s: s[1]), max(others, key=lambda s: s[1])
     )
@@ -43,14 +43,17 @@ def data_sentences(result: CharacterizationResult) -> list[str]:
     """Return what was trained and tested on, with the caution that few orbits need."""
     data = result.data
     train, others = spans(result)
-    count = len(data.orbits) - 1
+    count = len(data.extrapolation_orbits)
     if _later(result):
         orbits = f"later revolutions of the same orbit over {others}"
     else:
         orbits = f"{count} other orbit{'s' if count > 1 else ''} over {others}"
+    trained, them = "one orbit", "it"
+    if data.training_orbits > 1:
+        trained, them = f"{data.training_orbits} orbits", "them"
     sentences = [
-        f"Trained on {len(data.train)} samples of one orbit over {train}; tested on "
-        f"{len(data.interpolation)} held-out samples of it (interpolation) and on "
+        f"Trained on {len(data.train)} samples of {trained} over {train}; tested on "
+        f"{len(data.interpolation)} held-out samples of {them} (interpolation) and on "
         f"{len(data.extrapolation)} samples of {orbits} (extrapolation)."
     ]
     if data.spin_rate:
@@ -81,7 +84,8 @@ def data_sentences(result: CharacterizationResult) -> list[str]:
     elif count < _FEW_ORBITS:
         sentences.append(
             "Robustness depends on the orbits that were drawn; "
-            f"with one training orbit and {count} other{'s' if count > 1 else ''} "
+            f"with {trained.replace('orbit', 'training orbit')} and {count} "
+            f"other{'s' if count > 1 else ''} "
             "these numbers describe these orbits and not the method. Sweep over initial "
             "conditions before choosing a method."
         )

@@ -79,7 +79,9 @@ def sections(result: CharacterizationResult) -> list[Section]:
             "where",
             "Where the models fail",
             figures=_one(result, "error-against-radius", draw.error_against_radius(result)),
-            tables=(tables.orbit_table(result),) if len(result.data.orbits) > 2 else (),
+            tables=(tables.orbit_table(result),)
+            if len(result.data.extrapolation_orbits) > 1
+            else (),
         ),
         Section(
             "flights",

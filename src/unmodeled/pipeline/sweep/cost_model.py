@@ -163,14 +163,14 @@ def _samples(run: RunConfig) -> float:
     if periods is None:
         return _UNKNOWN_SAMPLES
     each = data.samples_per_period or SAMPLES_PER_PERIOD
-    return periods * each * (1 - data.interpolation_share)
+    return data.training_orbits * periods * each * (1 - data.interpolation_share)
 
 
 def _like(run: RunConfig) -> tuple[Any, ...]:
     """Return what runs of about the same cost share: learner, its training, samples."""
     learner = run.config.learners[0]
     params = tuple(sorted((k, str(v)) for k, v in learner.params.items() if k != "random_state"))
-    return (learner.kind, params, run.flights, round(_samples(run)))
+    return (learner.kind, params, learner.inputs, run.flights, round(_samples(run)))
 
 
 def _from_table(run: RunConfig) -> tuple[float, float] | None:

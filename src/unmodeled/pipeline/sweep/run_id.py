@@ -111,8 +111,10 @@ def _settle_data(data: dict[str, Any], config: CharacterizationConfig, folders: 
         data["samples_per_period"] = SAMPLES_PER_PERIOD
     if data["integrator"] == "heyoka":
         del data["rk4_steps_per_period"]
-    if data["other_orbits"] is not None:  # nothing is drawn
-        del data["ranges"], data["extrapolation_orbits"]
+    if data["other_orbits"] is not None:
+        del data["extrapolation_orbits"]
+        if config.data.training_orbits == 1:  # nothing is drawn
+            del data["ranges"]
 
 
 def _settle_field(field: dict[str, Any], config: CharacterizationConfig, folders: Any) -> None:

@@ -121,7 +121,8 @@ def remembered(
 ) -> Simulated:
     """Do what `simulate` does, once for all runs of this process on the same orbits."""
     content = canonical(config, folders=folders)
-    seed = content["seed"] if config.data.other_orbits is None else None
+    drawn = config.data.other_orbits is None or config.data.training_orbits > 1
+    seed = content["seed"] if drawn else None
     key = digest([content["body"], content["data"], seed])
     if key not in _orbits:
         _orbits[key] = simulate(config, body, compare_integrators=False, folders=folders)

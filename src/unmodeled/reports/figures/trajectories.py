@@ -69,7 +69,9 @@ def _sphere(axes: Axes3D, radius: float) -> None:
 
 def _orbits(axes: Axes3D, data: LearningData, factor: float) -> None:
     unit = data.units.length * factor
-    train, *others = (smooth_orbit(o, data.units).positions * unit for o in data.orbits)
+    curves = [smooth_orbit(o, data.units).positions * unit for o in data.orbits]
+    others = [curves[k] for k in data.extrapolation_orbits]
+    train = [x for k, x in enumerate(curves) if k not in data.extrapolation_orbits]
     look = SET_STYLES
     # Many orbits become thin and pale, so that the training orbit stays visible.
     alpha = 0.9 if len(others) <= 2 else 0.45
@@ -77,8 +79,10 @@ def _orbits(axes: Axes3D, data: LearningData, factor: float) -> None:
         word = "extrapolation orbit" + (f"s ({len(others)})" if len(others) > 1 else "")
         _line(axes, x, look["extrapolation"].colour, 0.9, alpha, "" if k else word)
         _ends(axes, x, look["extrapolation"].colour)
-    _line(axes, train, look["train"].colour, 0.9, 1.0, "training orbit")
-    _ends(axes, train, look["train"].colour)
+    for k, x in enumerate(train):
+        word = "training orbit" + (f"s ({len(train)})" if len(train) > 1 else "")
+        _line(axes, x, look["train"].colour, 0.9, 1.0 / len(train) ** 0.25, "" if k else word)
+        _ends(axes, x, look["train"].colour)
     turn = body_fixed_from_inertial(data.interpolation.times, data.learned_spin_rate)
     held = turned(turn.mT, data.interpolation.positions) * unit
     axes.scatter(
