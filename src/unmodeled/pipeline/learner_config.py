@@ -144,9 +144,11 @@ def _declared(given: dict[str, Any], cls: type[Learner]) -> dict[str, Any]:
 
 def _title(kind: Any, baseline: str, inputs: tuple[str, ...]) -> str:
     """Return the label of a learner that was given none."""
-    title = str(kind).replace("_", " ") + (" on point mass" if baseline == "point_mass" else "")
-    others = ", ".join(name.replace("_", " ") for name in inputs[1:])
-    return f"{title}, inputs {others}" if others else title
+    # Before the baseline: figures cut long labels at their end.
+    *most, last = [name.replace("_", " ") for name in ("", *inputs[1:])]
+    others = " and ".join(part for part in (", ".join(most[1:]), last) if part)
+    title = str(kind).replace("_", " ") + (f" with {others}" if others else "")
+    return title + (" on point mass" if baseline == "point_mass" else "")
 
 
 @cache

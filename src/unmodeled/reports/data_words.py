@@ -62,6 +62,8 @@ def data_sentences(result: CharacterizationResult) -> list[str]:
             f"Truth: {data.facts['truth']}; axes of the samples: {axes}, spin "
             f"{number(data.spin_rate, 4)} rad/s."
         )
+    elif result.config.data.effects:
+        sentences.append(f"Truth: {data.facts['truth']}.")
     if data.axes_rate is not None:
         sentences.append(
             f"The axes turn, instead, with the spin estimated from the noisy training samples: "
@@ -104,7 +106,8 @@ def noise_sentence(result: CharacterizationResult) -> str:
     data, noise = result.data, result.data.noise
     truth = "the truth" if result.config.data.simulated else "the best knowledge of the orbit"
     end = f" Errors are counted from {truth}, not from the noisy samples."
-    if noise.state == 0 and noise.acceleration == 0:
+    seen = noise.velocity if any("velocity" in n for n in _inputs(result)) else 0.0
+    if noise.state == 0 and noise.acceleration == 0 and seen == 0:
         return f"No noise was added. Errors are counted from {truth}."
     radius = float(np.median(np.linalg.norm(data.train.positions, axis=1)))
     parts = []
@@ -113,13 +116,24 @@ def noise_sentence(result: CharacterizationResult) -> str:
             f"{number(noise.state * data.units.length)} m in position "
             f"({number(100 * noise.state / radius)} % of the median radius)"
         )
+    if seen > 0:
+        parts.append(f"{number(seen * data.units.velocity)} m/s in velocity")
     if noise.acceleration > 0:
         sigma = noise.acceleration * data.units.acceleration
         parts.append(
             f"{number(sigma)} m/s² in acceleration "
             f"({number(100 * sigma / _median_acceleration(result))} % of the median acceleration)"
         )
-    return f"Noise on each axis, one sigma: {' and '.join(parts)}, {noise.draws} draws.{end}"
+    return f"Noise on each axis, one sigma: {_listed(parts)}, {noise.draws} draws.{end}"
+
+
+def _inputs(result: CharacterizationResult) -> set[str]:
+    return {name for learner in result.config.learners for name in learner.inputs}
+
+
+def _listed(parts: list[str]) -> str:
+    *first, last = parts
+    return f"{', '.join(first)} and {last}" if first else last
 
 
 def _median_acceleration(result: CharacterizationResult) -> float:

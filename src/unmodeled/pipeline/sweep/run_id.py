@@ -5,12 +5,14 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Sequence
+from dataclasses import fields
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from unmodeled.datasets.bodies import load_body
 from unmodeled.datasets.simulation import gravity_of
+from unmodeled.models.physics import Effect
 from unmodeled.pipeline.config import CharacterizationConfig
 from unmodeled.pipeline.extra_effects import extra_effects
 from unmodeled.pipeline.prepare import SAMPLES_PER_PERIOD, find_trajectory
@@ -52,7 +54,8 @@ def canonical(
         del learner["label"]
     _settle_data(content["data"], config, folders)
     if (found := extra_effects(config, load_body(config.body), folders)) is not None:
-        content["data"]["effects"] = [repr(found.effects), sorted(found.values.items())]
+        structure = [_structure(effect) for effect in found.effects]
+        content["data"]["effects"] = [structure, sorted(found.values.items())]
         content["data"].pop("spacecraft", None)  # its numbers are in the values
     noise = content["noise"]
     if noise["state"] == 0:
@@ -115,6 +118,14 @@ def _settle_data(data: dict[str, Any], config: CharacterizationConfig, folders: 
         del data["extrapolation_orbits"]
         if config.data.training_orbits == 1:  # nothing is drawn
             del data["ranges"]
+
+
+def _structure(effect: Effect) -> dict[str, Any]:
+    """Return what an effect is beside its numbers; 1 and 1.0 are the same."""
+    held = {f.name: getattr(effect, f.name) for f in fields(effect)}  # type: ignore[arg-type]
+    return {"effect": effect.name} | {
+        k: repr(float(v) if type(v) is int else v) for k, v in held.items()
+    }
 
 
 def _settle_field(field: dict[str, Any], config: CharacterizationConfig, folders: Any) -> None:
