@@ -1,9 +1,10 @@
-"""One figure: error on other orbits against noise, a line for each learner."""
+"""One figure: error on other orbits by learner, field and noise, against the bare point mass."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
+import matplotlib as mpl
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -11,18 +12,16 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from skill.fields import FIELDS
-from skill.learners import ORACLE
+from skill.learners import ORACLE, REFERENCES
 from unmodeled.pipeline.config import LearnerConfig
 from unmodeled.pipeline.use_check import DO_NOT_USE
-from unmodeled.reports.figures.log_axes import LogRange, decades
 from unmodeled.reports.style import LearnerStyle, figure_style, learner_styles, new_figure, short
 
-__all__ = ["error_against_noise", "styles_of"]
+__all__ = ["error_map", "styles_of"]
 
-_AXES = {
-    "sigma_a": "σa: noise of the acceleration, normalised units",
-    "sigma_s": "σs: noise of the position, Brillouin radii",
-}
+#: Ratios to the point mass are coloured up to so many decades on either side.
+_DECADES = 2.0
+_ROW, _HEAD = 0.152, 0.62  # inches
 
 
 def styles_of(cells: pd.DataFrame) -> dict[str, LearnerStyle]:
@@ -36,10 +35,12 @@ def styles_of(cells: pd.DataFrame) -> dict[str, LearnerStyle]:
     return learner_styles(configs)
 
 
-def error_against_noise(cells: pd.DataFrame, volume: str) -> Figure:
-    """Draw a row of panels a field: against sigma_a on the left, sigma_s on the right.
+def error_map(cells: pd.DataFrame, volume: str) -> Figure:
+    """Draw a table for each field: learners down, noise across, the median error in each cell.
 
-    A cross through a marker: most of the runs' own reports say "do not use".
+    The colour is the error over the bare point mass's on the same pairs of orbits. Bold: most of
+    the runs' own reports say "do not use". Learners are in the order of their median ratio over
+    all cells, references first.
 
     Parameters
     ----------
@@ -49,72 +50,100 @@ def error_against_noise(cells: pd.DataFrame, volume: str) -> Figure:
         Which volume is drawn.
     """
     own = cells[cells["volume"] == volume]
+    own = own.assign(ratio=own["extrapolation_median"] / own["extrapolation_point_mass"])
     styles = styles_of(cells)
     fields = [name for name in FIELDS if name in set(own["field"])]
-    learners = [name for name in styles if name in set(own["learner"])]
-    limits = LogRange.around([own["extrapolation_median"]], floor=1e-9, ceiling=1e1)
+    learners = _order(own)
+    levels = sorted(set(zip(own["sigma_s"], own["sigma_a"], strict=True)))
+    columns = min(2, len(fields))
+    rows = -(-len(fields) // columns)
     with figure_style():
-        figure = new_figure(1.2 + 2.05 * len(fields))
-        shown = [axis for axis in _AXES if len(set(own[axis])) > 1] or list(_AXES)[:1]
-        size = len(fields), len(shown)
-        grid = figure.subplots(*size, sharex="col", sharey=True, squeeze=False)
-        for name, pair in zip(fields, grid, strict=True):
-            for axis, axes in zip(shown, pair, strict=True):
-                other = "sigma_s" if axis == "sigma_a" else "sigma_a"
-                part = own[(own["field"] == name) & (own[other] == 0)]
-                _draw(axes, part, axis, learners, styles, limits)
-            pair[0].set_title(FIELDS[name].title)
-        for axis, axes in zip(shown, grid[-1], strict=True):
-            axes.set_xlabel(_AXES[axis])
-        figure.supylabel("median fractional error on another orbit", fontsize=8.5)
-        figure.legend(
-            handles=_legend(learners, styles),
-            loc="outside lower center",
-            ncols=3,
+        figure = new_figure(0.45 + rows * (_HEAD + _ROW * len(learners)))
+        grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+        for axes in grid.flat[len(fields) :]:
+            axes.set_visible(False)
+        for k, (axes, name) in enumerate(zip(grid.flat, fields, strict=False)):
+            drawn = _table(axes, own[own["field"] == name], learners, levels)
+            axes.set_title(FIELDS[name].title, fontsize=7.5)
+            axes.set_xticks(range(len(levels)), [_level(*v) for v in levels], fontsize=5.5)
+            axes.tick_params(length=0, labelbottom=True)
+            if k % columns == 0:
+                _names(axes, learners, styles)
+        bar = figure.colorbar(drawn, ax=grid, location="bottom", fraction=0.02, pad=0.01, aspect=50)
+        ticks = np.arange(-_DECADES, _DECADES + 1)
+        bar.set_ticks(ticks, labels=[f"{10.0**t:g}" for t in ticks])
+        bar.ax.tick_params(labelsize=6.5)
+        bar.set_label(
+            "error over the bare point mass's; noise: σs in Brillouin radii, σa normalised",
             fontsize=7,
         )
     return figure
 
 
-def _draw(
+def _order(own: pd.DataFrame) -> list[str]:
+    """Return the learners, references first, then by their median ratio to the point mass."""
+    median = own.groupby("learner")["ratio"].median().sort_values(kind="stable")
+    kinds = own.drop_duplicates("learner").set_index("learner")["kind"]
+    reference = [n for n in median.index if n == ORACLE or kinds[n] in REFERENCES]
+    return [*reference, *(n for n in median.index if n not in reference)]
+
+
+def _table(
     axes: Axes,
-    part: pd.DataFrame,
-    axis: str,
+    own: pd.DataFrame,
     learners: Sequence[str],
-    styles: dict[str, LearnerStyle],
-    limits: LogRange,
-) -> None:
-    levels = sorted(set(part[axis]))
-    place = {level: k for k, level in enumerate(levels)}
-    for name in learners:
-        line = part[part["learner"] == name].sort_values(axis)
-        if line.empty:
-            continue
-        x = np.array([place[v] for v in line[axis]], dtype=float)
-        y = limits.clip(line["extrapolation_median"].fillna(np.inf))
-        style = styles[name]
-        front = 3 if name == ORACLE or "harmonic" in name else 2
-        axes.plot(x, y, style.line, color=style.colour, zorder=front, **style.marker_options)
-        bad = (line["verdict"] == DO_NOT_USE).to_numpy()
-        axes.plot(x[bad], y[bad], "x", color="#111111", markersize=6, mew=0.8, zorder=4)
-    axes.set_yscale("log")
-    axes.set_ylim(*limits.limits)
-    decades(axes.yaxis, limits)
-    axes.set_xticks(range(len(levels)), [f"{v:g}" for v in levels])
-    axes.set_xlim(-0.25, max(len(levels) - 0.75, 0.25))
-
-
-def _legend(learners: Sequence[str], styles: dict[str, LearnerStyle]) -> list[Line2D]:
-    handles = [
-        Line2D(
-            [],
-            [],
-            color=styles[name].colour,
-            linestyle=styles[name].line,
-            label=short(name, 36),
-            **styles[name].marker_options,
+    levels: Sequence[tuple[float, float]],
+) -> mpl.image.AxesImage:
+    ratio = np.full((len(learners), len(levels)), np.nan)
+    for cell in own.itertuples():
+        row, column = learners.index(cell.learner), levels.index((cell.sigma_s, cell.sigma_a))
+        ratio[row, column] = np.log10(max(cell.ratio, 1e-300))
+        bad = cell.verdict == DO_NOT_USE
+        strong = abs(ratio[row, column]) > 0.65 * _DECADES
+        axes.text(
+            column,
+            row,
+            _number(cell.extrapolation_median),
+            ha="center",
+            va="center",
+            fontsize=5.2,
+            fontweight="bold" if bad else "normal",
+            color="white" if strong else "#111111",
         )
-        for name in learners
-    ]
-    cross = Line2D([], [], color="#111111", marker="x", linestyle="", label=f"says: {DO_NOT_USE}")
-    return [*handles, cross]
+    colours = mpl.colormaps["BrBG_r"].with_extremes(bad="#E5E7EB")
+    return axes.imshow(ratio, cmap=colours, vmin=-_DECADES, vmax=_DECADES, aspect="auto")
+
+
+def _names(axes: Axes, learners: Sequence[str], styles: dict[str, LearnerStyle]) -> None:
+    """Write the learners beside the rows, each with its marker."""
+    axes.set_yticks(range(len(learners)), [short(n, 32) for n in learners], fontsize=6)
+    axes.tick_params(axis="y", pad=9)
+    place = axes.get_yaxis_transform()
+    for row, name in enumerate(learners):
+        mark = Line2D([-0.025], [row], transform=place, linestyle="", clip_on=False, markersize=4)
+        mark.set(**styles[name].marker_options)
+        if "color" not in styles[name].marker_options:
+            mark.set_color(styles[name].colour)
+        axes.add_line(mark)
+
+
+def _level(state: float, acceleration: float) -> str:
+    if state:
+        return f"σs\n{state:g}"
+    return f"σa\n{acceleration:g}" if acceleration else "no\nnoise"
+
+
+def _number(value: float) -> str:
+    """Return two digits in as few characters as possible.
+
+    Examples
+    --------
+    >>> [_number(v) for v in (4.4e-16, 0.0123, 0.46, 8.2, float("inf"))]
+    ['4e-16', '.012', '.46', '8.2', '∞']
+    """
+    if not np.isfinite(value):
+        return "∞"
+    if value < 1e-3:
+        mantissa, power = f"{value:.0e}".split("e")
+        return f"{mantissa}e{int(power)}"
+    return f"{value:.2g}".lstrip("0") or "0"

@@ -11,7 +11,7 @@ from pathlib import Path
 import pandas as pd
 
 from skill.fields import FIELDS, REGIONS
-from skill.figure import error_against_noise, styles_of
+from skill.figure import error_map, styles_of
 from skill.plan import NotRun, Settings
 from skill.runner import NO_DATA
 from skill.summary import SETS, check_use, is_candidate
@@ -74,7 +74,7 @@ def write_page(
     for volume in settings.volumes:
         if volume not in set(cells["volume"]):
             continue
-        image = render(error_against_noise(cells, volume), "png")
+        image = render(error_map(cells, volume), "png")
         path.with_name(f"{path.stem}-{volume}.png").write_bytes(image)
         data = base64.b64encode(image).decode()
         parts.append(f"<h2>{volume.capitalize()} volume</h2>")

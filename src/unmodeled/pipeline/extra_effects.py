@@ -15,7 +15,7 @@ from unmodeled.datasets.elements import kepler_period
 from unmodeled.datasets.initial_conditions import SCREENING_PERIODS, checked_ranges
 from unmodeled.datasets.learning_data import SunDirection
 from unmodeled.datasets.trajectory import Trajectory
-from unmodeled.models.physics import Dynamics, Effect
+from unmodeled.models.physics import Dynamics, Effect, Polyhedron
 from unmodeled.models.physics.tracks import Tracks
 from unmodeled.pipeline.cases.accepted_values import Surveyed
 from unmodeled.pipeline.cases.known_effects import Known, read_known
@@ -62,6 +62,11 @@ def extra_effects(
         if craft is None and " needs " in text and any(n in text for n in ("srp_CrA_m", "drag_B")):
             hint = "give data.spacecraft, e.g. {mass: 1500 kg, area: 12 m2}"
         raise ConfigError(text, allowed=exc.allowed, do=hint) from exc
+    if any(isinstance(effect, Polyhedron) for effect in found.effects):
+        raise ConfigError(
+            "data.effects holds the gravity of a shape",
+            do="write it as data.field of kind polyhedron",
+        )
     if found.instruments or found.estimate or not found.effects:
         raise ConfigError(
             "data.effects holds " + _wrong(found),
