@@ -64,7 +64,8 @@ def error_map(cells: pd.DataFrame, volume: str) -> Figure:
             axes.set_visible(False)
         for k, (axes, name) in enumerate(zip(grid.flat, fields, strict=False)):
             drawn = _table(axes, own[own["field"] == name], learners, levels)
-            axes.set_title(FIELDS[name].title, fontsize=7.5)
+            axes.set_title(short(FIELDS[name].title, 46), fontsize=7.5)
+            axes.grid(visible=False)
             axes.set_xticks(range(len(levels)), [_level(*v) for v in levels], fontsize=5.5)
             axes.tick_params(length=0, labelbottom=True)
             if k % columns == 0:
@@ -74,7 +75,8 @@ def error_map(cells: pd.DataFrame, volume: str) -> Figure:
         bar.set_ticks(ticks, labels=[f"{10.0**t:g}" for t in ticks])
         bar.ax.tick_params(labelsize=6.5)
         bar.set_label(
-            "error over the bare point mass's; noise: σs in Brillouin radii, σa normalised",
+            "colour: error over the bare point mass's; number: median fractional error on another "
+            f"orbit, bold: says “{DO_NOT_USE}”\nnoise: σs in Brillouin radii, σa in normalised units",
             fontsize=7,
         )
     return figure

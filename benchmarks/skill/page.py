@@ -78,7 +78,9 @@ def write_page(
         path.with_name(f"{path.stem}-{volume}.png").write_bytes(image)
         data = base64.b64encode(image).decode()
         parts.append(f"<h2>{volume.capitalize()} volume</h2>")
-        parts.append(f'<p><img alt="error against noise" src="data:image/png;base64,{data}"></p>')
+        parts.append(
+            f'<p><img alt="error on other orbits by learner, field and noise" src="data:image/png;base64,{data}"></p>'
+        )
         for name in settings.fields:
             own = cells[(cells["volume"] == volume) & (cells["field"] == name)]
             if len(own):
