@@ -75,8 +75,8 @@ def error_map(cells: pd.DataFrame, volume: str) -> Figure:
         bar.set_ticks(ticks, labels=[f"{10.0**t:g}" for t in ticks])
         bar.ax.tick_params(labelsize=6.5)
         bar.set_label(
-            "colour: error over the bare point mass's; number: median fractional error on another "
-            f"orbit, bold: says “{DO_NOT_USE}”\nnoise: σs in Brillouin radii, σa in normalised units",
+            "colour: error over the bare point mass's; number: median error on another orbit, "
+            f"bold: says “{DO_NOT_USE}”\nnoise: σs in Brillouin radii, σa in normalised units",
             fontsize=7,
         )
     return figure

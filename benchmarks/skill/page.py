@@ -78,9 +78,8 @@ def write_page(
         path.with_name(f"{path.stem}-{volume}.png").write_bytes(image)
         data = base64.b64encode(image).decode()
         parts.append(f"<h2>{volume.capitalize()} volume</h2>")
-        parts.append(
-            f'<p><img alt="error on other orbits by learner, field and noise" src="data:image/png;base64,{data}"></p>'
-        )
+        alt = "error on other orbits by learner, field and noise"
+        parts.append(f'<p><img alt="{alt}" src="data:image/png;base64,{data}"></p>')
         for name in settings.fields:
             own = cells[(cells["volume"] == volume) & (cells["field"] == name)]
             if len(own):

@@ -64,8 +64,9 @@ class Settings:
         By name of the volume.
     noise, flown_noise : tuple of (float, float)
         Levels, and those at which orbits are flown.
-    allowance : float
-        Processor seconds of fits that a learner may take on a volume, by the cost model.
+    allowance, patience : float
+        Processor seconds of fits, by the cost model, that a learner may take on a volume with the
+        most pairs, and with the least.
     """
 
     fields: tuple[str, ...]
@@ -73,6 +74,7 @@ class Settings:
     noise: tuple[tuple[float, float], ...]
     flown_noise: tuple[tuple[float, float], ...]
     allowance: float
+    patience: float
 
 
 FULL = Settings(
@@ -81,12 +83,14 @@ FULL = Settings(
     NOISE,
     FLOWN_NOISE,
     150.0,
+    900.0,
 )
 SMALL = Settings(
     ("bennu-zonal", "two-mascons"),
     {"low": Volume(3, 1, 1)},
     ((0.0, 0.0), (0.0, 0.1)),
     ((0.0, 0.1),),
+    5.0,
     5.0,
 )
 
@@ -152,13 +156,13 @@ def _pairs(settings: Settings, volume: str, field: Field, row: Row) -> int | Not
     if row.heavy:
         return size.least
     cells = len(settings.noise) * len(settings.fields)
-    for count in (size.most, size.least):
-        if cost.seconds * cells * count <= settings.allowance:
+    for count, limit in ((size.most, settings.allowance), (size.least, settings.patience)):
+        if cost.seconds * cells * count <= limit:
             return count
     whole = cost.seconds * cells * size.least
     why = (
         f"{duration(cost.seconds)} a fit: {cells} cells of {size.least} pairs would take "
-        f"{duration(whole)}, more than {settings.allowance:g} s"
+        f"{duration(whole)}, more than {settings.patience:g} s"
     )
     return NotRun(label, spec["kind"], volume, why)
 

@@ -103,7 +103,7 @@ def test_every_registered_learner_has_a_row() -> None:
 
 
 def test_what_is_not_run_has_a_reason() -> None:
-    size = replace(FULL, fields=("bennu-zonal",), noise=NOISE[:1], allowance=1.0)
+    size = replace(FULL, fields=("bennu-zonal",), noise=NOISE[:1], allowance=1.0, patience=1.0)
     plan, left_out = make_runs(size)
     seen = {(r.axes["learner"], r.axes["volume"]) for r in plan.runs}
     missing = {(n.learner, n.volume) for n in left_out}
