@@ -13,8 +13,11 @@ TAKERS = {
     key
     for key in LEARNER_FACTORIES
     if key.split("(")[0]
-    in ("exact_gp", "sparse_gp", "elm", "rbf_network", "mlp", "nearest_neighbour")
-} | {"residual(exact_gp)", "residual(rbf_network)"}
+    in (
+        *("exact_gp", "sparse_gp", "elm", "rbf_network"),
+        *("mlp", "spectral_mlp", "nearest_neighbour"),
+    )
+} | {key for key in LEARNER_FACTORIES if key.startswith("residual(")}
 
 
 def field(X):

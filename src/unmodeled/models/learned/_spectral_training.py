@@ -40,7 +40,7 @@ class Frozen:
 
 
 def forward(weights: Sequence[Array], biases: Sequence[Array], x: Array) -> Array:
-    """Return outputs (n, 3) of one network at scaled positions ``x`` (n, 3)."""
+    """Return outputs (n, 3) of one network at scaled inputs ``x`` (n, d)."""
     for weight, bias in zip(weights[:-1], biases[:-1], strict=True):
         x = np.maximum(x @ weight.T + bias, 0.0)
     outputs: Array = x @ weights[-1].T + biases[-1]
@@ -62,6 +62,8 @@ class SpectralStack:
         Where to train.
     dtype : torch.dtype
         Numbers of the training; the start is drawn and the end is frozen in float64.
+    inputs : int
+        How many inputs a sample has.
     """
 
     def __init__(
@@ -72,9 +74,10 @@ class SpectralStack:
         seeds: Sequence[int],
         device: torch.device,
         dtype: torch.dtype = torch.float64,
+        inputs: int = 3,
     ) -> None:
         self._share, self._device, self._count = share, device, len(seeds)
-        sizes = [3] + [width] * layers + [3]
+        sizes = [inputs] + [width] * layers + [3]
         self._shapes = list(zip(sizes[1:], sizes[:-1], strict=True))
         starts: dict[int, _Start] = {}
         for seed in seeds:
@@ -136,7 +139,7 @@ class SpectralStack:
 
         Parameters
         ----------
-        x, t : ndarray (b, n, 3)
+        x, t : ndarray (b, n, d), (b, n, 3)
             Scaled positions and targets.
         epochs, learning_rate
             Steps of Adam and its rate.

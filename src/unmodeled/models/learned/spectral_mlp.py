@@ -58,7 +58,7 @@ class SpectralMLP(Learner):
     ----------
     lipschitz_bound_ : float
         Certified: ``|a(x) - a(x')| <= lipschitz_bound_ |x - x'|`` for all positions, in units of
-        acceleration per length.
+        acceleration per length; inputs beyond the position are then the same at both.
     loss_ : float
         Mean squared error of the frozen network on the scaled samples, weighted as in the fit.
 
@@ -74,6 +74,7 @@ class SpectralMLP(Learner):
     """
 
     name: ClassVar[str] = "spectral_mlp"
+    takes_features = True
 
     lipschitz_bound_: float
     loss_: float
@@ -132,6 +133,7 @@ class SpectralMLP(Learner):
             [m.random_state for m in members],
             device,
             _PRECISIONS[first.precision],
+            X[0].shape[1],
         )
         networks = stack.train(
             np.stack([s.positions(a) for s, a in zip(scalings, X, strict=True)]),
@@ -180,13 +182,14 @@ class SpectralMLP(Learner):
 
     def _jacobian(self, X: Array) -> Array:
         h = self._scaling.positions(X)
-        slopes = np.broadcast_to(np.eye(3), (len(X), 3, 3))
+        d = X.shape[1]
+        slopes = np.broadcast_to(np.eye(d), (len(X), d, d))
         for weight, bias in zip(self._weights[:-1], self._biases[:-1], strict=True):
             h = h @ weight.T + bias
             active = h > 0.0  # the derivative of ReLU; zero on the kink itself
             h = np.where(active, h, 0.0)
             slopes = active[:, :, None] * (weight @ slopes)
-        jacobian: Array = self._scaling.slope * (self._weights[-1] @ slopes)
+        jacobian: Array = self._scaling.slopes * (self._weights[-1] @ slopes)
         return jacobian
 
     def facts(self) -> dict[str, float | str]:
