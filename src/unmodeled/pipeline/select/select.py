@@ -171,18 +171,18 @@ def _sentence(
     if len(won):
         next_ = won.sort_values("ratio").iloc[0]
         text += (
-            f"; {next_['ratio']:.2g} times below {next_['worse']}, better on "
+            f"; {_few(next_['ratio'])} times below {next_['worse']}, better on "
             f"{round(next_['share'] * next_['problems'])} of {next_['problems']} problems"
         )
     if rivals:
         text += f"; not told apart from {', '.join(rivals)}: take the cheaper one"
     if row["use"] == DO_NOT_USE:
         text += (
-            f"; even so {row['over_point_mass']:.2g} times the error of a bare point mass: "
+            f"; even so {_few(row['over_point_mass'])} times the error of a bare point mass: "
             f"{DO_NOT_USE}"
         )
     unfit = [
-        f"{r['learner']} ({r['over_point_mass']:.2g} times)"
+        f"{r['learner']} ({_few(r['over_point_mass'])} times)"
         for r in middles.to_dict(orient="records")
         if r["use"] == DO_NOT_USE and r["learner"] != winner
     ]
@@ -191,3 +191,14 @@ def _sentence(
     if not row["median"] < 1:
         text += "; an error of 1 is no skill: use none of them here"
     return text + "."
+
+
+def _few(value: float) -> str:
+    """Return two digits, without a power of ten where that is short.
+
+    Examples
+    --------
+    >>> [_few(v) for v in (2.14, 123.0, 4.2e7)]
+    ['2.1', '120', '4.2e+07']
+    """
+    return f"{float(f'{value:.2g}'):.0f}" if 100 <= value < 1e5 else f"{value:.2g}"
