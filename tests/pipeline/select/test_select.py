@@ -188,7 +188,7 @@ def test_worse_than_a_point_mass_is_not_to_be_used(errors):
     assert "do not use, against a bare point mass: b (2.1 times), c (inf times)" in choice.sentence
     table["extrapolation_over_point_mass"] = 300.0
     assert (
-        "even so 3e+02 times the error of a bare point mass: do not use"
+        "even so 300 times the error of a bare point mass: do not use"
         in select(table).choices[0].sentence
     )
 
