@@ -16,9 +16,13 @@ from astropy.time import Time, TimeDelta
 from unmodeled.core.earth_orientation import icrf_from_itrf
 from unmodeled.datasets.bodies import load_body
 from unmodeled.datasets.readers import read_trajectory
+from unmodeled.pipeline.characterize import characterize
+from unmodeled.pipeline.config import load_config
+from unmodeled.pipeline.prepare import prepare
 
 FOLDER = Path(os.environ.get("UNMODELED_DATA", Path(__file__).parents[3] / "shared" / "real"))
 FILE = FOLDER / "sp3-lageos2" / "ilrsa.orb.lageos2.160319.v35.sp3"
+SCENARIO = Path(__file__).parents[2] / "scenarios" / "lageos2-phase.yaml"
 #: GM of Sun and Moon, m3/s2, IAU 2015 nominal and DE421; good to far more digits than needed.
 GM = {"sun": 1.32712440e20, "moon": 4.9028e12}
 
@@ -86,3 +90,36 @@ def test_the_earth_must_turn(orbit):
     wrong = np.einsum("nij,nj->ni", turn, field(inputs=np.ascontiguousarray(fixed.T)).T)
     wrong += third_body(orbit, "moon") + third_body(orbit, "sun")
     assert median_error(orbit, wrong) > 1e-7
+
+
+def scenario(*learners):
+    config = load_config(SCENARIO)
+    data = config.as_dict()["data"] | {"train_periods": 15, "extrapolation_periods": 5}
+    flight = {"periods": [1], "orbits": 1}
+    return load_config(
+        SCENARIO, learners=list(learners), data=data, flight=flight, training_check=False
+    )
+
+
+def test_the_phase_of_the_earth_explains_what_the_position_leaves_over():
+    gp = {"kind": "sparse_gp"}
+    phase = gp | {"inputs": ["position", "phase"], "phase_period": 86164.1}
+    alone, aware = characterize(scenario(gp, phase), [FILE.parent]).learners
+    median = [r.summaries["extrapolation"].median for r in (alone, aware)]
+    # Tesserals make 3e-6 of the acceleration here; Moon and Sun, 3e-7, are in neither.
+    assert 2e-6 < median[0] < 5e-6
+    assert median[1] < 0.3 * median[0]
+    flown = [r.flights[1].flight.position_error[-1] for r in (alone, aware)]
+    assert flown[1] < 0.5 * flown[0]
+
+
+def test_the_sun_stands_where_astropy_has_it():
+    sunny = {"kind": "elm", "inputs": ["position", "sun_direction"]}
+    data = prepare(scenario(sunny), [FILE.parent])
+    s, orbit = data.extrapolation, data.orbits[1]
+    day, scale = orbit.epoch.split()
+    times = Time(day, scale=scale.lower()) + TimeDelta(orbit.times, format="sec")
+    sun = get_body("sun", times, ephemeris="builtin").cartesian.xyz.to_value("m").T
+    sun /= np.linalg.norm(sun, axis=1, keepdims=True)
+    # Aberration, 1e-4, is in astropy's place and not in ours.
+    assert s.sun_directions == pytest.approx(sun, abs=3e-4)
