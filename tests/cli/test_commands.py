@@ -115,6 +115,15 @@ def test_lists(run):
     shown = run("learners")
     assert "spectral_mlp" in shown
     assert "residual" not in shown.split()
+    listed = json.loads(run("learners", "--json"))
+    assert listed["exact_gp"]["inputs"] == "any"
+    assert listed["harmonic_gp"] | {"hyperparameters": {}} == {
+        "hyperparameters": {},
+        "covariance": True,
+        "inputs": "position",
+        "what": listed["harmonic_gp"]["what"],
+    }
+    assert listed["elm"]["hyperparameters"]["nodes"] == 200
     assert run("version").startswith("unmodeled 0.")
 
 

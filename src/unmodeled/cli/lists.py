@@ -11,7 +11,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from unmodeled.cli.tools import DataFolder, app, data_folders
+from unmodeled.cli.tools import AsJson, DataFolder, app, data_folders
 from unmodeled.core.errors import ConfigError, nearest
 
 if TYPE_CHECKING:
@@ -39,19 +39,30 @@ def bodies() -> None:
 
 
 @app.command()
-def learners() -> None:
-    """List the learners and their hyperparameters with defaults."""
+def learners(as_json: AsJson = False) -> None:
+    """List the learners, their hyperparameters with defaults, and what they learn from."""
     from unmodeled.models.learned import learner_class, learner_names
 
-    table = Table("kind", "hyperparameters (default)", "covariance", "what it is")
+    table = Table("kind", "hyperparameters (default)", "covariance", "inputs", "what it is")
+    listed: dict[str, dict[str, Any]] = {}
     for name in learner_names():
         cls = learner_class(name)
         if name == "residual":  # written as `baseline: point_mass`, not as a kind
             continue
         shown = ", ".join(f"{k}={v}" for k, v in cls.default_params().items())
         first = (cls.__doc__ or "").strip().splitlines()[0]
-        table.add_row(name, shown, "yes" if cls.has_covariance else "no", first)
-    Console().print(table)
+        inputs = "any" if cls.takes_features else "position"
+        table.add_row(name, shown, "yes" if cls.has_covariance else "no", inputs, first)
+        listed[name] = {
+            "hyperparameters": cls.default_params(),
+            "covariance": cls.has_covariance,
+            "inputs": inputs,
+            "what": first,
+        }
+    if as_json:
+        print(json.dumps(listed, indent=2))
+    else:
+        Console().print(table)
 
 
 @app.command()

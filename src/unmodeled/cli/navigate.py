@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from unmodeled.cli.tools import app, errors, progress, stoppable
+from unmodeled.cli.tools import AsJson, app, errors, progress, stoppable
 
 __all__ = ["navigate"]
 
@@ -30,7 +30,7 @@ def navigate(
     out: Annotated[
         Path | None, typer.Option("--out", help="Run folder; default runs/NAME.")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Fly filters side by side: errors, gaps, consistency, cost, and the floor below them."""
     from unmodeled.pipeline.navigation.navigate import navigate as run

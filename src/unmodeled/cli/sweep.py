@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from unmodeled.cli.report import write_page
-from unmodeled.cli.tools import DataFolder, app, data_folders, errors, progress
+from unmodeled.cli.tools import AsJson, DataFolder, app, data_folders, errors, progress
 
 __all__ = ["export", "resume", "status", "sweep"]
 
@@ -26,7 +26,6 @@ ShardOption = Annotated[
 ]
 BatchSize = Annotated[int, typer.Option("--batch-size", help="Most runs of one batch.")]
 Device = Annotated[str, typer.Option("--device", help="Where to train: cpu or cuda.")]
-AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")]
 
 
 @app.command()

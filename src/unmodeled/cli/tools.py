@@ -15,8 +15,19 @@ from typer.core import TyperGroup
 
 from unmodeled.core.errors import InputError, UnmodeledWarning
 
-__all__ = ["DataFolder", "app", "data_folders", "errors", "progress", "show_warning", "stoppable"]
+__all__ = [
+    "AsJson",
+    "DataFolder",
+    "app",
+    "data_folders",
+    "errors",
+    "progress",
+    "show_warning",
+    "stoppable",
+]
 
+#: Option of commands that print a table.
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")]
 #: As a user meets them.
 _ORDER = (
     *("characterize", "sweep", "resume", "status", "export", "select", "report", "reproduce"),
