@@ -46,19 +46,19 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("benchmarks/results"))
     parser.add_argument("--amplitudes", type=float, nargs=2, metavar=("LEAST", "MOST"))
     arguments = parser.parse_args()
-    name = f"harmonic_pairs_{arguments.first}_{arguments.last}"
+    stem = f"harmonic_pairs_{arguments.first}_{arguments.last}"
     if arguments.amplitudes:
         least, most = arguments.amplitudes
         count = 1 + round(math.log(most / least) / math.log(1.65))  # as close as in the package
         _harmonic_evidence._AMPLITUDES = np.log(np.geomspace(least, most, count))
-        name += f"_prior_{least:g}_{most:g}"
+        stem += f"_prior_{least:g}_{most:g}"
     rows = []
     with one_thread():
         for seed in range(arguments.first, arguments.last + 1):
             rows += pair(seed)
     table = pd.DataFrame(rows)
     arguments.out.mkdir(parents=True, exist_ok=True)
-    path = arguments.out / f"{name}.csv"
+    path = arguments.out / f"{stem}.csv"
     table.to_csv(path, index=False, float_format="%.4g")
     print(f"{len(table) // len(LEVELS)} pairs; medians of the median fractional errors")
     for (s, a), own in table.groupby(["sigma_s", "sigma_a"]):
