@@ -7,11 +7,14 @@ oracle that knows the family and of the bare point mass, which knows both; the s
 of the other orbit inside the 95 % band, processor seconds of a fit.
 
     python benchmarks/harmonic_pairs.py --first 101 --last 200
+
+``--amplitudes`` averages over another range of prior deviations of degree 2 (4e-3 to 1).
 """
 
 from __future__ import annotations
 
 import argparse
+import math
 import time
 from pathlib import Path
 
@@ -21,7 +24,14 @@ from bennu_pair import bennu_pair
 
 from unmodeled.core.threads import one_thread
 from unmodeled.core.units import NORMALISED_GM
-from unmodeled.models.learned import HarmonicGP, Learner, NoiseLevel, PointMassOnly, ZonalOracle
+from unmodeled.models.learned import (
+    HarmonicGP,
+    Learner,
+    NoiseLevel,
+    PointMassOnly,
+    ZonalOracle,
+    _harmonic_evidence,
+)
 from unmodeled.pipeline.metrics import calibrate, fractional_error
 
 #: sigma_s, sigma_a, normalised units.
@@ -34,14 +44,21 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=101)
     parser.add_argument("--last", type=int, default=200)
     parser.add_argument("--out", type=Path, default=Path("benchmarks/results"))
+    parser.add_argument("--amplitudes", type=float, nargs=2, metavar=("LEAST", "MOST"))
     arguments = parser.parse_args()
+    stem = f"harmonic_pairs_{arguments.first}_{arguments.last}"
+    if arguments.amplitudes:
+        least, most = arguments.amplitudes
+        count = 1 + round(math.log(most / least) / math.log(1.65))  # as close as in the package
+        _harmonic_evidence._AMPLITUDES = np.log(np.geomspace(least, most, count))
+        stem += f"_prior_{least:g}_{most:g}"
     rows = []
     with one_thread():
         for seed in range(arguments.first, arguments.last + 1):
             rows += pair(seed)
     table = pd.DataFrame(rows)
     arguments.out.mkdir(parents=True, exist_ok=True)
-    path = arguments.out / f"harmonic_pairs_{arguments.first}_{arguments.last}.csv"
+    path = arguments.out / f"{stem}.csv"
     table.to_csv(path, index=False, float_format="%.4g")
     print(f"{len(table) // len(LEVELS)} pairs; medians of the median fractional errors")
     for (s, a), own in table.groupby(["sigma_s", "sigma_a"]):

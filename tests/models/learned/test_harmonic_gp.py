@@ -107,6 +107,25 @@ def test_coarse_positions_do_not_run_away():
     assert ours < 2 * oracle
 
 
+@pytest.mark.parametrize("sigma", [0.05, 0.3])
+def test_mass_and_centre_from_noisy_positions_err_as_they_say(sigma):
+    """No prior takes part: the band is the stated noise alone, and that comes out as stated."""
+    X = samples()[0]
+    chi2, scale = [], []
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        places = X + sigma * rng.normal(size=X.shape)
+        pull = -GM * places / np.linalg.norm(places, axis=1)[:, None] ** 3
+        seen = X + sigma * rng.normal(size=X.shape)
+        learner = HarmonicGP(1, 1).fit(seen, pull, NoiseLevel(position=sigma))
+        error = np.linalg.solve(learner.covariance_root_, learner.coefficients_ - [1.0, 0, 0, 0])
+        chi2.append(error @ error)
+        scale.append(learner.noise_)
+    # the mean of 40 has a deviation of 0.11
+    assert np.mean(chi2) / 4 == pytest.approx(1.0, abs=0.33)
+    assert np.mean(scale) == pytest.approx(1.0, abs=0.02)
+
+
 def test_an_unknown_law_is_refused():
     X, y, _, _ = samples()
     with pytest.raises(ConfigError, match=r'harmonic_gp: kernel is "gauss". Allowed: reciprocal'):

@@ -23,8 +23,10 @@ _RATIOS = np.linspace(math.log(1e-12), math.log(1e34), 93)
 #: Attenuation of the prior with each degree, coarse; refined around the best. A body whose matter
 #: all lay within 0.2 of its radius would be a point mass.
 _ATTENUATIONS = np.log(np.geomspace(0.2, 1.0, 8))
-#: Prior deviations of degree 2 over which the posterior is averaged, log-uniform: from rounder than
-#: any small body to a field that no body within the reference sphere exceeds.
+#: Prior deviations of degree 2 over which the posterior is averaged, log-uniform: from the zonals
+#: of Bennu (3.9e-3; Eros has 3.6e-2) to a field that no body within the reference sphere exceeds.
+#: For a body at the lower end most of the range is too rough, and the band wide where noise hides
+#: degree 2; a range from 1e-3 on makes the band of clear data too narrow (docs/learners.md).
 _AMPLITUDES = np.log(np.geomspace(4e-3, 1.0, 12))
 #: Share of the best weight below which a prior is left out of the average.
 _LEAST_WEIGHT = 0.01
