@@ -17,7 +17,7 @@ _HARMONICS, _MOTIONS, _CLOSELY = 5, 600, 6
 _MOST = 0.95
 
 
-def first_guess(times: Array, positions: Array, gm: float) -> Array:
+def first_guess(times: Array, positions: Array, gm: float, turning=True) -> Array:
     """Return states (n, 6) on the slowly turning Kepler ellipse nearest to noisy positions.
 
     Mean motions of a grid are judged by a Fourier series of the mean anomaly, which is linear;
@@ -65,6 +65,11 @@ def first_guess(times: Array, positions: Array, gm: float) -> Array:
     found = scipy.optimize.least_squares(
         misfit, start, x_scale=np.array([1e-3, 0.1, 0.1, 0.1, 0.1, 0.1, 1e-2, 1e-2, 1e-2])
     )
+    if not turning:
+        found = scipy.optimize.least_squares(
+            lambda el: misfit(np.concatenate([el, np.zeros(3)])), found.x[:6], x_scale=np.array([1e-3, 0.1, 0.1, 0.1, 0.1, 0.1])
+        )
+        return _turning(np.concatenate([found.x, np.zeros(3)]), n, t, gm)
     return _turning(found.x, n, t, gm)
 
 

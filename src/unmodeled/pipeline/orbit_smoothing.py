@@ -10,36 +10,26 @@ Normalised units throughout.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import NumericalError
-from unmodeled.models.physics.exterior_harmonics import derivative, exterior_harmonics
+from unmodeled.pipeline.orbit_shooting import Field, HarmonicField, Shot, shoot
 
 __all__ = ["Field", "SmoothedOrbit", "smooth_orbit"]
 
-Indices: TypeAlias = npt.NDArray[np.intp]
-#: Acceleration (n, 3) and gradient (n, 3, 3) at positions (n, 3).
-Field: TypeAlias = Callable[[Array], tuple[Array, Array]]
 
-#: Steps of fourth order between two samples; 25 samples a period make 400 steps of it.
-_STEPS = 16
 #: Converged: no state moves by more than this share of its standard deviation.
 _STEP, _MAX_ITERATIONS = 0.01, 40
-#: Slopes and gaps beyond this are those of an orbit that fell apart.
-_WILD = 1e8
-#: Farthest that a state is moved at once, as a share of its radius.
-_REACH = 0.3
 #: Accelerations count where the position noise is less than this share of the radius: the field
 #: is not linear over more.
 _SHARP = 0.1
 #: Factors of the prior that are tried, and the first one.
 _WIDTHS = np.geomspace(0.01, 1.0, 9)
+_CLOSED, _DAMPING, _STIFFEST, _SAME = 1e-6, 1e-3, 1e6, 1e-4
+TRACE, PLACES = False, True
 _FIRST_WIDTH = float(_WIDTHS[4])
 _DO = "give a longer or less noisy trajectory, or a lower degree"
 
@@ -116,56 +106,111 @@ def smooth_orbit(
         If the iteration leaves the field's domain or does not converge.
     """
     x, y = observed
-    nodes, steps, free = start.copy(), np.diff(times), np.flatnonzero(prior)
-    model, theta, wide = _Model(field, degree, free, gm), np.zeros(len(prior)), _FIRST_WIDTH
+    free = np.flatnonzero(prior)
+    model, wide, damping = HarmonicField(field, degree, free, gm), _FIRST_WIDTH, _DAMPING
+    closed = _CLOSED * noise[0]
+    shot = shoot(model, times, start, np.zeros(len(prior)), closed)
+    if shot is None:
+        raise NumericalError("the first guess leads to no orbit in the field", do=_DO)
     frozen = not len(free)
     for iteration in range(1, _MAX_ITERATIONS + 1):
-        ends, phi, psi = _integrate(model, theta, nodes[:-1], steps)
-        if not (np.isfinite(ends).all() and np.isfinite(phi).all()):
-            raise _lost(iteration)
-        a, b, c = _condense(phi, psi, ends - nodes[1:])
-        if not np.abs(a).max() < _WILD or not np.abs(c).max() < _WILD:
-            raise _lost(iteration)
-        value, G, H = model(nodes[:, :3], theta)
-        design = np.concatenate([a, b], axis=2)
-        far = G @ design[:, :3]
-        far[:, :, 6:] += H
-        root = _noise_root(G, noise)
-        sharp = noise[0] < _SHARP * np.linalg.norm(nodes[:, :3], axis=1)
-        near = (x - nodes[:, :3] - c[:, :3]) / noise[0]
-        rest = np.linalg.solve(root, (y - value)[:, :, None] - G @ c[:, :3, None])[..., 0]
-        rows = np.concatenate([design[:, :3] / noise[0], np.linalg.solve(root, far)[sharp]])
-        whole = rows.reshape(-1, design.shape[2])
-        aim = np.concatenate([near, rest[sharp]]).ravel() + whole[:, 6:] @ theta[free]
-        triangle = np.asarray(np.linalg.qr(np.hstack([whole, aim[:, None]]), mode="r"))
+        data = _Data(model, shot, x, y, noise, gm)
+        rows, aim = data.linear(shot)
+        aim = aim + rows[:, 6:] @ shot.theta[free]
+        triangle = np.asarray(np.linalg.qr(np.hstack([rows, aim[:, None]]), mode="r"))
         if not frozen:
             wide = _likely_width(triangle, prior[free], wide)
         tail = np.diag(np.concatenate([np.zeros(6), 1.0 / (wide * prior[free])]))[6:]
         full = np.vstack([triangle[:, :-1], tail])
+        right = np.concatenate([triangle[:, -1], np.zeros(len(free))])
+        right -= full[:, 6:] @ shot.theta[free]
         scale = np.linalg.norm(full, axis=0)
-        q, r = np.linalg.qr(full / scale)
-        inverse = np.linalg.inv(r) / scale[:, None]
-        step = inverse @ (q.T @ np.concatenate([triangle[:, -1], np.zeros(len(free))]))
-        step[6:] -= theta[free]
-        moved = design @ step + c
-        length = np.linalg.norm(moved[:, :3], axis=1) / np.linalg.norm(nodes[:, :3], axis=1)
-        share = min(1.0, _REACH / max(float(length.max()), 1e-300))
-        nodes = nodes + share * moved
-        theta[free] += share * step[6:]
-        change = float((np.abs(moved) / np.linalg.norm(design @ inverse, axis=2)).max())
+        u, size, vt = np.linalg.svd(full / scale, full_matrices=False)
+        inverse = vt.T / size / scale[:, None]
+        spread = np.linalg.norm(shot.design @ inverse, axis=2)
+        moved = shot.design @ (inverse @ (u.T @ right)) + shot.gaps
+        change = float((np.abs(moved) / spread).max())
+        cost = data.cost(shot) + _prior_cost(shot, wide * prior, free)
+        while True:
+            step = vt.T @ (size / (size**2 + damping) * (u.T @ right)) / scale
+            theta = shot.theta.copy()
+            theta[free] += step[6:]
+            trial = shoot(model, times, shot.states + shot.design @ step + shot.gaps, theta, closed)
+            new = np.inf
+            if trial is not None:
+                new = data.cost(trial) + _prior_cost(trial, wide * prior, free)
+            if TRACE: print('  it',iteration,'wide %.3g damp %.0e change %.2g cost %.4f -> %.4f'%(wide,damping,change,cost,new), np.round(theta[4:9],4))
+            if new <= cost + _SAME:
+                break
+            damping *= 10.0
+            if damping > _STIFFEST:
+                raise NumericalError(f"the orbit fit stalls at iteration {iteration}", do=_DO)
+        shot = trial
         frozen = frozen or change < 1.0 or iteration > _MAX_ITERATIONS // 2
-        if share == 1.0 and change < _STEP:
+        if change < _STEP:
             return SmoothedOrbit(
-                nodes,
-                model(nodes[:, :3], theta)[0],
-                np.linalg.norm(far @ inverse, axis=2),
-                np.linalg.norm(design[:, :3] @ inverse, axis=2),
-                theta,
+                shot.states,
+                model(shot.states[:, :3], shot.theta)[0],
+                np.linalg.norm(data.far @ inverse, axis=2),
+                spread[:, :3],
+                shot.theta,
                 wide,
-                float(np.mean((x - nodes[:, :3]) ** 2)) / noise[0] ** 2,
+                float(np.mean((x - shot.positions) ** 2)) / noise[0] ** 2,
                 iteration,
             )
+        damping = max(damping / 10.0, 1e-12)
     raise NumericalError(f"the orbit fit does not converge in {_MAX_ITERATIONS} iterations", do=_DO)
+
+
+def _prior_cost(shot, prior, free):
+    return float(np.sum((shot.theta[free] / prior[free]) ** 2))
+
+
+class _Data:
+    def __init__(self, model, shot, x, y, noise, gm):
+        self._model, self._x, self._y, self._noise = model, x, y, noise
+        radius = np.linalg.norm(shot.states[:, :3], axis=1)
+        self._sharp = noise[0] < _SHARP * radius
+        value, G, H = model(shot.states[:, :3], shot.theta)
+        self.far = G @ shot.design[:, :3]
+        self.far[:, :, 6:] += H
+        self._value, self._G = value, G
+        self._root = _noise_root(G, noise)
+        self._place = places(model, shot.theta, y, gm)
+        size = np.linalg.norm(y, axis=1)
+        self._blunt = ~self._sharp & (noise[1] < 0.1 * size) if PLACES else 0*size>1
+        self._spread = np.hypot(noise[0], noise[1] * np.linalg.norm(self._place, axis=1) ** 3 / gm)
+
+    def _residuals(self, positions, rest):
+        near = (self._x - positions) / self._noise[0]
+        blunt = (self._place - positions)[self._blunt] / self._spread[self._blunt, None]
+        sharp = np.linalg.solve(self._root, rest[:, :, None])[self._sharp, :, 0]
+        return np.concatenate([near, blunt, sharp]).ravel()
+
+    def linear(self, shot):
+        rest = self._y - self._value - (self._G @ shot.gaps[:, :3, None])[..., 0]
+        d = shot.design[:, :3]
+        rows = np.concatenate([d / self._noise[0], d[self._blunt] / self._spread[self._blunt, None, None], np.linalg.solve(self._root, self.far)[self._sharp]])
+        return rows.reshape(-1, d.shape[2]), self._residuals(shot.positions, rest)
+
+    def cost(self, shot):
+        at = shot.positions
+        r = self._residuals(at, self._y - self._model(at, shot.theta)[0])
+        return float(r @ r)
+
+
+def places(model, theta, y, gm):
+    def alone(a):
+        size = np.linalg.norm(a, axis=1)[:, None]
+        return -a / size * np.sqrt(gm / size)
+    at = alone(y)
+    r = np.linalg.norm(at, axis=1)
+    out = r >= 1
+    more = np.zeros_like(y)
+    more[out] = model(at[out], theta)[0] + gm * at[out] / r[out, None] ** 3
+    small = np.linalg.norm(more, axis=1) < 0.1 * gm / r**2
+    more[~small] = 0.0
+    return alone(y - more)
 
 
 def _lost(iteration: int) -> NumericalError:
@@ -182,68 +227,6 @@ def _likely_width(triangle: Array, prior: Array, now: float) -> float:
         evidence = -0.5 * float(r[-1, -1]) ** 2 - halves - free * float(np.log(wide))
         best = max(best, (evidence, float(wide)))
     return best[1]
-
-
-class _Model:
-    """The field with its harmonics: acceleration, gradient, and slopes by the free coefficients."""
-
-    def __init__(self, field: Field, degree: int, free: Indices, gm: float) -> None:
-        self._field, self._degree, self.free, self._gm = field, degree, free, gm
-
-    def __call__(self, x: Array, theta: Array) -> tuple[Array, Array, Array]:
-        value, G = self._field(x)
-        if not len(self.free):
-            return value, G, np.empty((len(x), 3, 0))
-        table = exterior_harmonics(x, self._degree + 2)
-        first = [derivative(table, i) for i in range(3)]
-        H = self._gm * np.stack([f[: len(theta)].T for f in first], axis=1)
-        own = np.empty_like(G)
-        for i in range(3):
-            for j in range(i, 3):
-                own[:, i, j] = own[:, j, i] = theta @ derivative(first[i], j)[: len(theta)]
-        return value + H @ theta, G + self._gm * own, H[:, :, self.free]
-
-
-def _integrate(
-    model: _Model, theta: Array, states: Array, steps: Array
-) -> tuple[Array, Array, Array]:
-    """Return ends (n, 6) of all intervals, their transition (n, 6, 6) and slopes (n, 6, p)."""
-    n, p = len(states), len(model.free)
-    big = np.zeros((n, 6, 7 + p))
-    big[:, :, 0], big[:, :, 1:7] = states, np.eye(6)
-    h = (steps / _STEPS)[:, None, None]
-
-    def rate(now: Array) -> Array:
-        value, G, H = model(now[:, :3, 0], theta)
-        out = np.empty_like(now)
-        out[:, :3] = now[:, 3:]
-        out[:, 3:, 0] = value
-        out[:, 3:, 1:] = G @ now[:, :3, 1:]
-        out[:, 3:, 7:] += H
-        return out
-
-    with np.errstate(all="ignore"):  # what is not finite is found by the caller
-        for _ in range(_STEPS):
-            if not np.isfinite(big).all():
-                break
-            one = rate(big)
-            two = rate(big + 0.5 * h * one)
-            three = rate(big + 0.5 * h * two)
-            four = rate(big + h * three)
-            big = big + h / 6.0 * (one + 2.0 * two + 2.0 * three + four)
-    return big[:, :, 0], big[:, :, 1:7], big[:, :, 7:]
-
-
-def _condense(phi: Array, psi: Array, gap: Array) -> tuple[Array, Array, Array]:
-    """Return how all states follow the first one, the coefficients, and the gaps."""
-    n, p = len(phi) + 1, psi.shape[2]
-    a, b, c = np.empty((n, 6, 6)), np.zeros((n, 6, p)), np.zeros((n, 6))
-    a[0] = np.eye(6)
-    for k in range(n - 1):
-        a[k + 1] = phi[k] @ a[k]
-        b[k + 1] = phi[k] @ b[k] + psi[k]
-        c[k + 1] = phi[k] @ c[k] + gap[k]
-    return a, b, c
 
 
 def _noise_root(G: Array, noise: tuple[float, float]) -> Array:

@@ -19,7 +19,8 @@ from unmodeled.datasets.learning_data import LearningData
 from unmodeled.models.learned import Learner, NoiseLevel, PointMassOnly
 from unmodeled.models.physics.exterior_harmonics import column_degrees
 from unmodeled.pipeline.orbit_guess import first_guess
-from unmodeled.pipeline.orbit_smoothing import Field, SmoothedOrbit, smooth_orbit
+from unmodeled.pipeline.orbit_shooting import Field
+from unmodeled.pipeline.orbit_smoothing import SmoothedOrbit, smooth_orbit
 
 __all__ = ["ConsistentFit", "train_consistently", "trajectory_consistent_fit"]
 
@@ -149,7 +150,7 @@ def trajectory_consistent_fit(
             seen, levels = (X[order], y[order]), (noise.position, noise.acceleration)
             return smooth_orbit(t, seen, levels, model, start, degree, size, gm)
 
-        orbit = orbit_in(field, first_guess(t, X[order], gm), sizes)
+        orbit = orbit_in(field, first_guess(t, X[order], gm, turning=False), sizes)
         for k in range(rounds):
             if k:
                 try:
