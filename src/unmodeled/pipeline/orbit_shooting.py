@@ -1,8 +1,9 @@
 """Multiple shooting: one orbit as states at many times that the field carries into each other.
 
 All intervals between the times are integrated side by side with their variational equations
-([Bock1984]), outward from the middle one, so that a field is asked about all of them at once and a
-guess that is off everywhere a little does not diverge as one long shot would. Normalised units.
+([Bock1984]), outward from one of them, so that a field is asked about all of them at once. Gaps are
+closed to all orders: on states with gaps the transition matrices of many revolutions do not belong
+together, and their product grows without bound.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ Field: TypeAlias = Callable[[Array], tuple[Array, Array]]
 _STEPS = 16
 #: Slopes and gaps beyond this are those of an orbit that fell apart.
 _WILD = 1e8
-#: Farthest that a state is moved at once, as a share of its radius.
+#: Farthest that a gap moves a state at once, as a share of its radius.
 _REACH = 0.3
 #: Times that gaps are closed before the states count as no orbit.
 _CLOSINGS = 8
@@ -68,7 +69,7 @@ class HarmonicField:
 
 @dataclass(frozen=True)
 class Shot:
-    """States that are nearly one orbit, and how they follow the one in the middle.
+    """States that are one orbit but for small gaps, and how they follow one of them.
 
     Parameters
     ----------
@@ -77,7 +78,7 @@ class Shot:
     theta : ndarray (q,)
         All coefficients of the harmonics.
     design : ndarray (n, 6, 6 + p)
-        Slopes of the states by the middle state and the free coefficients.
+        Slopes of the states by the one held and the free coefficients.
     gaps : ndarray (n, 6)
         What the states lack of an orbit, to first order.
     """
@@ -94,9 +95,14 @@ class Shot:
 
 
 def shoot(
-    model: HarmonicField, times: Array, states: Array, theta: Array, closed: float
+    model: HarmonicField,
+    times: Array,
+    states: Array,
+    theta: Array,
+    closed: float,
+    held: int | None = None,
 ) -> Shot | None:
-    """Return the orbit through the middle one of nearby states; None if they lead to none.
+    """Return the orbit through one of nearby states; None if they lead to none.
 
     Parameters
     ----------
@@ -109,10 +115,12 @@ def shoot(
     theta : ndarray (q,)
         All coefficients of the harmonics.
     closed : float
-        Largest gap that may be left in a position; it is known to second order.
+        Largest gap that may be left in a position.
+    held : int, optional
+        Which state stays as it is; the middle one if not given, so that shots are short.
     """
-    middle, states = len(times) // 2, states.copy()
-    ahead, back = np.arange(middle, len(times) - 1), np.arange(middle, 0, -1)
+    held, states = len(times) // 2 if held is None else held, states.copy()
+    ahead, back = np.arange(held, len(times) - 1), np.arange(held, 0, -1)
     starts, ends = np.concatenate([ahead, back]), np.concatenate([ahead + 1, back - 1])
     for _ in range(_CLOSINGS):
         came, phi, psi = _integrate(model, theta, states[starts], times[ends] - times[starts])
@@ -120,7 +128,7 @@ def shoot(
             return None
         design = np.zeros((len(times), 6, 6 + len(model.free)))
         gaps = np.zeros((len(times), 6))
-        design[middle, :, :6] = np.eye(6)
+        design[held, :, :6] = np.eye(6)
         for i, (k, j) in enumerate(zip(starts, ends, strict=True)):
             design[j] = phi[i] @ design[k]
             design[j, :, 6:] += psi[i]

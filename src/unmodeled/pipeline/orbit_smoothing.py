@@ -1,11 +1,9 @@
 """Batch least squares of one orbit in a learned field: smoothed states and accelerations.
 
 The field is a model, given as values and gradient, plus solid harmonics of low degree that take up
-what the model lacks, with a prior about zero. Unknowns are the initial state and those
-coefficients; data are positions and accelerations at known times. All intervals between the times
-are integrated side by side with their variational equations (multiple shooting, [Bock1984]),
-so that a first guess that is off everywhere a little does not diverge as one long shot would.
-Normalised units throughout.
+what the model lacks, with a prior about zero. Unknowns are the state in the middle and those
+coefficients; data are positions and accelerations at known times. Steps are those of Levenberg and
+Marquardt between orbits without gaps. Normalised units throughout.
 """
 
 from __future__ import annotations
@@ -16,20 +14,26 @@ import numpy as np
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import NumericalError
-from unmodeled.pipeline.orbit_shooting import Field, HarmonicField, Shot, shoot
+from unmodeled.pipeline.orbit_data import OrbitData, kepler_acceleration, kepler_place
+from unmodeled.pipeline.orbit_shooting import Field, HarmonicField, Indices, Shot, shoot
 
-__all__ = ["Field", "SmoothedOrbit", "smooth_orbit"]
-
+__all__ = ["SmoothedOrbit", "smooth_orbit"]
 
 #: Converged: no state moves by more than this share of its standard deviation.
 _STEP, _MAX_ITERATIONS = 0.01, 40
-#: Accelerations count where the position noise is less than this share of the radius: the field
-#: is not linear over more.
+#: Damping of the first step, of Gauss and Newton's, and what means a stall.
+_DAMPING, _UNDAMPED, _STIFF = 1e-3, 1e-12, 1e8
+#: Costs that differ by less are equal: squared residuals in the noise.
+_EQUAL = 1e-4
+#: Gaps are closed to this share of the position noise, or of a radius if that is more.
+_CLOSED, _ROUNDED = 1e-6, 1e-11
+#: Accelerations count as such where the position noise is less than this share of the radius: the
+#: field is not linear over more. Others are read as places.
 _SHARP = 0.1
+#: Largest pull beside that of the mass, as a share of it, that such a place is corrected for.
+_SMALL = 0.1
 #: Factors of the prior that are tried, and the first one.
 _WIDTHS = np.geomspace(0.01, 1.0, 9)
-_CLOSED, _DAMPING, _STIFFEST, _SAME = 1e-6, 1e-3, 1e6, 1e-4
-TRACE, PLACES = False, True
 _FIRST_WIDTH = float(_WIDTHS[4])
 _DO = "give a longer or less noisy trajectory, or a lower degree"
 
@@ -55,7 +59,7 @@ class SmoothedOrbit:
     reduced_square : float
         Weighted sum of squared position residuals over their number: 1 if the noise is as stated.
     iterations : int
-        Of Gauss and Newton.
+        Of Levenberg and Marquardt.
     """
 
     states: Array
@@ -69,152 +73,169 @@ class SmoothedOrbit:
 
 
 def smooth_orbit(
-    times: Array,
-    observed: tuple[Array, Array],
-    noise: tuple[float, float],
+    data: OrbitData,
     field: Field,
     start: Array,
     degree: int,
     prior: Array,
-    gm: float,
+    coefficients: Array | None = None,
 ) -> SmoothedOrbit:
     """Fit an orbit in ``field`` plus harmonics to observed positions and accelerations.
 
     Parameters
     ----------
-    times : ndarray (n,)
-        Increasing.
-    observed : (ndarray (n, 3), ndarray (n, 3))
-        Positions and accelerations. Those of the accelerations belong to a place that is as
-        uncertain as the position, and another draw.
-    noise : (float, float)
-        Standard deviations of position, positive, and acceleration.
+    data : OrbitData
+        What was observed.
     field : callable
         What is known of the field.
     start : ndarray (n, 6)
-        First guess of the states.
+        First guess of the states: nearly an orbit of the field with ``coefficients``.
     degree : int
         Highest degree of the harmonics; -1 for none.
     prior : ndarray (p,)
         Standard deviations of their coefficients; 0 holds one at zero.
-    gm : float
-        Scale of the coefficients (with a reference radius of 1).
+    coefficients : ndarray (p,), optional
+        First guess of them; 0 if not given.
 
     Raises
     ------
     NumericalError
-        If the iteration leaves the field's domain or does not converge.
+        If the first guess is no orbit of the field, or the iteration does not converge.
     """
-    x, y = observed
     free = np.flatnonzero(prior)
-    model, wide, damping = HarmonicField(field, degree, free, gm), _FIRST_WIDTH, _DAMPING
-    closed = _CLOSED * noise[0]
-    shot = shoot(model, times, start, np.zeros(len(prior)), closed)
+    model = HarmonicField(field, degree, free, data.gm)
+    theta = np.zeros(len(prior)) if coefficients is None else coefficients
+    size = float(np.median(np.linalg.norm(start[:, :3], axis=1)))
+    closed = max(_CLOSED * data.position_noise, _ROUNDED * size)
+    shot = shoot(model, data.times, start, theta, closed)
     if shot is None:
         raise NumericalError("the first guess leads to no orbit in the field", do=_DO)
-    frozen = not len(free)
+    wide, damping, frozen = _FIRST_WIDTH, _DAMPING, not len(free)
     for iteration in range(1, _MAX_ITERATIONS + 1):
-        data = _Data(model, shot, x, y, noise, gm)
-        rows, aim = data.linear(shot)
+        seen = _Weighed(data, model, shot)
+        rows, aim = seen.linear(shot)
+        # The prior is about coefficients of zero, so the unknowns are they and not their steps.
         aim = aim + rows[:, 6:] @ shot.theta[free]
         triangle = np.asarray(np.linalg.qr(np.hstack([rows, aim[:, None]]), mode="r"))
         if not frozen:
             wide = _likely_width(triangle, prior[free], wide)
-        tail = np.diag(np.concatenate([np.zeros(6), 1.0 / (wide * prior[free])]))[6:]
-        full = np.vstack([triangle[:, :-1], tail])
-        right = np.concatenate([triangle[:, -1], np.zeros(len(free))])
-        right -= full[:, 6:] @ shot.theta[free]
-        scale = np.linalg.norm(full, axis=0)
-        u, size, vt = np.linalg.svd(full / scale, full_matrices=False)
-        inverse = vt.T / size / scale[:, None]
-        spread = np.linalg.norm(shot.design @ inverse, axis=2)
-        moved = shot.design @ (inverse @ (u.T @ right)) + shot.gaps
+        step_of = _Steps(triangle, wide * prior[free], shot.theta[free])
+        spread = np.linalg.norm(shot.design @ step_of.root, axis=2)
+        moved = shot.design @ step_of(_UNDAMPED) + shot.gaps
         change = float((np.abs(moved) / spread).max())
-        cost = data.cost(shot) + _prior_cost(shot, wide * prior, free)
+        cost = seen.cost(shot) + _prior_cost(shot, wide * prior, free)
         while True:
-            step = vt.T @ (size / (size**2 + damping) * (u.T @ right)) / scale
-            theta = shot.theta.copy()
-            theta[free] += step[6:]
-            trial = shoot(model, times, shot.states + shot.design @ step + shot.gaps, theta, closed)
-            new = np.inf
+            trial = _stepped(model, data.times, shot, step_of(damping), closed)
             if trial is not None:
-                new = data.cost(trial) + _prior_cost(trial, wide * prior, free)
-            if TRACE: print('  it',iteration,'wide %.3g damp %.0e change %.2g cost %.4f -> %.4f'%(wide,damping,change,cost,new), np.round(theta[4:9],4))
-            if new <= cost + _SAME:
-                break
+                fresh = seen.cost(trial) + _prior_cost(trial, wide * prior, free)
+                if fresh <= cost + _EQUAL:
+                    break
             damping *= 10.0
-            if damping > _STIFFEST:
+            if damping > _STIFF:
                 raise NumericalError(f"the orbit fit stalls at iteration {iteration}", do=_DO)
-        shot = trial
+        shot, damping = trial, max(damping / 10.0, _UNDAMPED)
         frozen = frozen or change < 1.0 or iteration > _MAX_ITERATIONS // 2
         if change < _STEP:
             return SmoothedOrbit(
                 shot.states,
                 model(shot.states[:, :3], shot.theta)[0],
-                np.linalg.norm(data.far @ inverse, axis=2),
+                np.linalg.norm(seen.slopes @ step_of.root, axis=2),
                 spread[:, :3],
                 shot.theta,
                 wide,
-                float(np.mean((x - shot.positions) ** 2)) / noise[0] ** 2,
+                float(np.mean((data.positions - shot.positions) ** 2)) / data.position_noise**2,
                 iteration,
             )
-        damping = max(damping / 10.0, 1e-12)
-    raise NumericalError(f"the orbit fit does not converge in {_MAX_ITERATIONS} iterations", do=_DO)
+    raise NumericalError(
+        f"the orbit fit does not converge in {_MAX_ITERATIONS} iterations: it would still move by "
+        f"{change:.2g} standard deviations (allowed: {_STEP})",
+        do=_DO,
+    )
 
 
-def _prior_cost(shot, prior, free):
+def _stepped(
+    model: HarmonicField, times: Array, shot: Shot, step: Array, closed: float
+) -> Shot | None:
+    theta = shot.theta.copy()
+    theta[model.free] += step[6:]
+    return shoot(model, times, shot.states + shot.design @ step + shot.gaps, theta, closed)
+
+
+def _prior_cost(shot: Shot, prior: Array, free: Indices) -> float:
     return float(np.sum((shot.theta[free] / prior[free]) ** 2))
 
 
-class _Data:
-    def __init__(self, model, shot, x, y, noise, gm):
-        self._model, self._x, self._y, self._noise = model, x, y, noise
-        radius = np.linalg.norm(shot.states[:, :3], axis=1)
-        self._sharp = noise[0] < _SHARP * radius
-        value, G, H = model(shot.states[:, :3], shot.theta)
-        self.far = G @ shot.design[:, :3]
-        self.far[:, :, 6:] += H
-        self._value, self._G = value, G
-        self._root = _noise_root(G, noise)
-        self._place = places(model, shot.theta, y, gm)
-        size = np.linalg.norm(y, axis=1)
-        self._blunt = ~self._sharp & (noise[1] < 0.1 * size) if PLACES else 0*size>1
-        self._spread = np.hypot(noise[0], noise[1] * np.linalg.norm(self._place, axis=1) ** 3 / gm)
+class _Steps:
+    """Steps of the unknowns for any damping, of columns scaled by their own norm."""
 
-    def _residuals(self, positions, rest):
-        near = (self._x - positions) / self._noise[0]
-        blunt = (self._place - positions)[self._blunt] / self._spread[self._blunt, None]
-        sharp = np.linalg.solve(self._root, rest[:, :, None])[self._sharp, :, 0]
-        return np.concatenate([near, blunt, sharp]).ravel()
+    def __init__(self, triangle: Array, prior: Array, now: Array) -> None:
+        tail = np.diag(np.concatenate([np.zeros(6), 1.0 / prior]))[6:]
+        full = np.vstack([triangle[:, :-1], tail])
+        right = np.concatenate([triangle[:, -1], np.zeros(len(prior))]) - full[:, 6:] @ now
+        self._scale = np.linalg.norm(full, axis=0)
+        u, self._size, self._axes = np.linalg.svd(full / self._scale, full_matrices=False)
+        self._right = u.T @ right
+        #: Their covariance is ``root @ root.T``.
+        self.root = self._axes.T / self._size / self._scale[:, None]
 
-    def linear(self, shot):
-        rest = self._y - self._value - (self._G @ shot.gaps[:, :3, None])[..., 0]
-        d = shot.design[:, :3]
-        rows = np.concatenate([d / self._noise[0], d[self._blunt] / self._spread[self._blunt, None, None], np.linalg.solve(self._root, self.far)[self._sharp]])
-        return rows.reshape(-1, d.shape[2]), self._residuals(shot.positions, rest)
-
-    def cost(self, shot):
-        at = shot.positions
-        r = self._residuals(at, self._y - self._model(at, shot.theta)[0])
-        return float(r @ r)
+    def __call__(self, damping: float) -> Array:
+        shares = self._size / (self._size**2 + damping)
+        step: Array = self._axes.T @ (shares * self._right) / self._scale
+        return step
 
 
-def places(model, theta, y, gm):
-    def alone(a):
-        size = np.linalg.norm(a, axis=1)[:, None]
-        return -a / size * np.sqrt(gm / size)
-    at = alone(y)
-    r = np.linalg.norm(at, axis=1)
-    out = r >= 1
-    more = np.zeros_like(y)
-    more[out] = model(at[out], theta)[0] + gm * at[out] / r[out, None] ** 3
-    small = np.linalg.norm(more, axis=1) < 0.1 * gm / r**2
-    more[~small] = 0.0
-    return alone(y - more)
+class _Weighed:
+    """Residuals in their noise, with weights and places as they are at one orbit."""
+
+    def __init__(self, data: OrbitData, model: HarmonicField, shot: Shot) -> None:
+        self._data, self._model, at = data, model, shot.states[:, :3]
+        self._value, self._gradient, slopes = model(at, shot.theta)
+        #: Of the accelerations by the unknowns, (n, 3, 6 + p).
+        self.slopes = self._gradient @ shot.design[:, :3]
+        self.slopes[:, :, 6:] += slopes
+        self._root = _noise_root(self._gradient, (data.position_noise, data.acceleration_noise))
+        self._sharp = data.position_noise < _SHARP * np.linalg.norm(at, axis=1)
+        self._places = _places(data, model, shot.theta)
+        self._spread = data.place_spread(self._places)
+        self._read = ~self._sharp & np.isfinite(self._spread)
+
+    def linear(self, shot: Shot) -> tuple[Array, Array]:
+        """Return slopes (k, 6 + p) of all predictions, and the residuals (k,)."""
+        places, noise = shot.design[:, :3], self._data.position_noise
+        near = places[self._read] / self._spread[self._read, None, None]
+        sharp = np.linalg.solve(self._root, self.slopes)[self._sharp]
+        rows = np.concatenate([places / noise, near, sharp])
+        ahead = (self._gradient @ shot.gaps[:, :3, None])[..., 0]
+        return rows.reshape(-1, places.shape[2]), self._residuals(shot, self._value + ahead)
+
+    def cost(self, shot: Shot) -> float:
+        """Return the sum of squared residuals of any orbit."""
+        left = self._residuals(shot, self._model(shot.positions, shot.theta)[0])
+        return float(left @ left)
+
+    def _residuals(self, shot: Shot, accelerations: Array) -> Array:
+        data, at = self._data, shot.positions
+        near = (self._places - at)[self._read] / self._spread[self._read, None]
+        rest = (data.accelerations - accelerations)[:, :, None]
+        sharp = np.linalg.solve(self._root, rest)[self._sharp, :, 0]
+        return np.concatenate([(data.positions - at) / data.position_noise, near, sharp]).ravel()
 
 
-def _lost(iteration: int) -> NumericalError:
-    return NumericalError(f"the orbit fit falls apart at iteration {iteration}", do=_DO)
+def _places(data: OrbitData, model: HarmonicField, theta: Array) -> Array:
+    """Return where the accelerations were felt, (n, 3), as the field tells.
+
+    Exact in the noise, however large, where the field is that of the mass. How a place moves with
+    the coefficients is left out of the fit, and so is the density of the accelerations: both say
+    the same on the average, with opposite signs.
+    """
+    places = kepler_place(data.accelerations, data.gm)
+    far = np.linalg.norm(places, axis=1)
+    outside = np.flatnonzero(far >= 1.0)
+    more = model(places[outside], theta)[0] - kepler_acceleration(places[outside], data.gm)
+    small = np.linalg.norm(more, axis=1) < _SMALL * data.gm / far[outside] ** 2
+    mended = data.accelerations[outside[small]] - more[small]
+    places[outside[small]] = kepler_place(mended, data.gm)
+    return places
 
 
 def _likely_width(triangle: Array, prior: Array, now: float) -> float:
