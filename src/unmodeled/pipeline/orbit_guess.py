@@ -149,8 +149,11 @@ def _fitted(
         e = float(np.clip(e, 0.0, _MOST))
         return _states(n * share, e, m, Rotation.from_rotvec(elements[3:]), t, gm)
 
+    def misfit(elements: Array) -> Array:
+        return (states(elements)[:, :3] - positions).ravel()
+
     found = scipy.optimize.least_squares(
-        lambda elements: (states(elements)[:, :3] - positions).ravel(),
+        misfit,
         np.array([1.0, e, m, *turn]),
         x_scale=np.array([1e-3, 0.1, 0.1, 0.1, 0.1, 0.1]),
     )

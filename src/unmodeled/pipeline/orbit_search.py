@@ -13,11 +13,17 @@ from unmodeled.pipeline.orbit_smoothing import SmoothedOrbit, smooth_orbit
 
 __all__ = ["search_orbit"]
 
-#: Revolutions of the first span: in a low orbit about a flat body an ellipse turns by a radian in
-#: ten. Spans up to half as long again are taken whole.
-_FIRST, _WHOLE = 10.0, 1.5
+#: Revolutions of the first span, and the fewest: in a low orbit about Bennu an ellipse turns by a
+#: radian in ten.
+_FIRST, _SHORTEST = 10.0, 2.5
+#: Fewest samples in it, and how much longer one is taken whole.
+_FEWEST, _WHOLE = 25, 1.5
+#: Most that an ellipse may miss the samples by, beside their noise, as a share of its size.
+_MISS = 0.5
 #: The span of the next fit over that of the last: its ends are known four times worse.
 _WIDER = 2.0
+#: How well an orbit over less than the whole is known, as a share of its standard deviations.
+_ENOUGH = 0.3
 #: How nearly an orbit carried on is one, in positions.
 _CARRIED = 1e-6
 _DO = "give a longer or less noisy trajectory, or a lower degree"
@@ -50,35 +56,70 @@ def search_orbit(data: OrbitData, field: Field, degree: int, prior: Array) -> Sm
     """
     places, spread = data.averaged()
     period = revolution(places, data.gm, spread)
-    span = float(data.times[-1] - data.times[0])
-    if span < _WHOLE * _FIRST * period:
-        rows = slice(0, len(data.times))
-    else:
-        rows = _middle(data.times, _FIRST * period)
-    guess = first_guess(data.times[rows], places[rows], data.gm, spread[rows])
-    away = (places[rows] - guess[:, :3]) / spread[rows, None]
+    rows, guess = _ellipse(data.times, places, spread, data.gm, period)
+    count = len(data.times)
+    square = np.mean(((places[rows] - guess[:, :3]) / spread[rows, None]) ** 2)
     tried = (
-        f"tried from an ellipse through the middle {rows.stop - rows.start} of "
-        f"{len(data.times)} samples (squared residuals {np.mean(away**2):.3g} of the stated noise)"
+        f"tried from an ellipse through the middle {len(guess)} of {count} samples "
+        f"(squared residuals {square:.3g} of the stated noise)"
     )
+    theta = None
     try:
-        orbit = smooth_orbit(data.part(rows), field, guess, degree, prior)
-        while rows.stop - rows.start < len(data.times):
-            wider = _middle(data.times, _WIDER * (data.times[rows][-1] - data.times[rows][0]))
-            start = _carried_on(data, field, degree, prior, orbit, rows, wider, period)
+        while True:
+            part, whole = data.part(rows), rows == slice(0, count)
+            orbit = smooth_orbit(
+                part, field, guess, degree, prior, theta, **({} if whole else {"settled": _ENOUGH})
+            )
+            if whole:
+                return orbit
+            wider = _middle(data.times, _WIDER * (part.times[-1] - part.times[0]))
+            guess = _carried_on(data, field, degree, prior, orbit, rows, wider, period)
             rows, theta = wider, orbit.coefficients
-            tried += f", then over {rows.stop - rows.start}"
-            orbit = smooth_orbit(data.part(rows), field, start, degree, prior, theta)
+            tried += f", then over {len(guess)}"
     except NumericalError as error:
         raise NumericalError(f"{error.found}; {tried}", do=error.do or _DO) from error
-    return orbit
+
+
+def _ellipse(
+    times: Array, places: Array, spread: Array, gm: float, period: float
+) -> tuple[slice, Array]:
+    """Return the samples of the first span, and states there.
+
+    Where an ellipse turns too much over ten revolutions there are fewer; where two fit alike, more.
+    """
+    revolutions, longer = _FIRST, False
+    while True:
+        rows = _middle(times, revolutions * period)
+        try:
+            guess = first_guess(times[rows], places[rows], gm, spread[rows])
+        except NumericalError:
+            if rows == slice(0, len(times)) or revolutions < _FIRST:
+                raise
+            revolutions, longer = 2.0 * revolutions, True
+            continue
+        noise, size = np.mean(spread[rows] ** 2), np.mean(guess[:, :3] ** 2)
+        square = np.mean((places[rows] - guess[:, :3]) ** 2)
+        if square - noise < _MISS**2 * size:
+            return rows, guess
+        if longer or revolutions <= _SHORTEST:
+            raise NumericalError(
+                f"no ellipse about the mass meets {len(times)} samples: the nearest to the middle "
+                f"{len(guess)} misses them by {np.sqrt(square / size):.2g} of its size, and the "
+                f"stated noise is {np.sqrt(noise / size):.2g}",
+                do="check the times, the mass, the units and the noise; use a shorter part",
+            )
+        revolutions /= 2.0
 
 
 def _middle(times: Array, span: float) -> slice:
-    """Return the samples in so long a time about the middle one."""
+    """Return the samples in so long a time about the middle one, or all if few are left."""
+    if times[-1] - times[0] < _WHOLE * span:
+        return slice(0, len(times))
     middle = times[len(times) // 2]
     inside = np.flatnonzero(np.abs(times - middle) <= 0.5 * span)
-    return slice(int(inside[0]), int(inside[-1]) + 1)
+    first = min(int(inside[0]), len(times) // 2 - _FEWEST // 2)
+    last = max(int(inside[-1]), len(times) // 2 + _FEWEST // 2)
+    return slice(max(first, 0), min(last + 1, len(times)))
 
 
 def _carried_on(

@@ -50,7 +50,7 @@ class HarmonicField:
     """
 
     def __init__(self, field: Field, degree: int, free: Indices, gm: float) -> None:
-        self._field, self._degree, self.free, self._gm = field, degree, free, gm
+        self._field, self._degree, self.free, self.gm = field, degree, free, gm
 
     def __call__(self, x: Array, theta: Array) -> tuple[Array, Array, Array]:
         """Return acceleration (n, 3), gradient (n, 3, 3) and slopes (n, 3, p) at places (n, 3)."""
@@ -59,12 +59,12 @@ class HarmonicField:
             return value, G, np.empty((len(x), 3, 0))
         table = exterior_harmonics(x, self._degree + 2)
         first = [derivative(table, i) for i in range(3)]
-        H = self._gm * np.stack([f[: len(theta)].T for f in first], axis=1)
+        H = self.gm * np.stack([f[: len(theta)].T for f in first], axis=1)
         own = np.empty_like(G)
         for i in range(3):
             for j in range(i, 3):
                 own[:, i, j] = own[:, j, i] = theta @ derivative(first[i], j)[: len(theta)]
-        return value + H @ theta, G + self._gm * own, H[:, :, self.free]
+        return value + H @ theta, G + self.gm * own, H[:, :, self.free]
 
 
 @dataclass(frozen=True)

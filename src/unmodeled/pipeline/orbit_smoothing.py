@@ -14,15 +14,15 @@ import numpy as np
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import NumericalError
+from unmodeled.pipeline.element_steps import step_in_elements
 from unmodeled.pipeline.orbit_data import OrbitData, kepler_acceleration, kepler_place
 from unmodeled.pipeline.orbit_shooting import Field, HarmonicField, Indices, Shot, shoot
 
 __all__ = ["SmoothedOrbit", "smooth_orbit"]
 
-#: Converged: no state moves by more than this share of its standard deviation.
-_STEP, _MAX_ITERATIONS = 0.01, 40
+_MAX_ITERATIONS = 40
 #: Damping of the first step, of Gauss and Newton's, and what means a stall.
-_DAMPING, _UNDAMPED, _STIFF = 1e-3, 1e-12, 1e8
+_DAMPING, _UNDAMPED, _STIFF = 1e-3, 1e-12, 1e4
 #: Costs that differ by less are equal: squared residuals in the noise.
 _EQUAL = 1e-4
 #: Gaps are closed to this share of the position noise, or of a radius if that is more.
@@ -79,6 +79,8 @@ def smooth_orbit(
     degree: int,
     prior: Array,
     coefficients: Array | None = None,
+    *,
+    settled: float = 0.01,
 ) -> SmoothedOrbit:
     """Fit an orbit in ``field`` plus harmonics to observed positions and accelerations.
 
@@ -96,6 +98,8 @@ def smooth_orbit(
         Standard deviations of their coefficients; 0 holds one at zero.
     coefficients : ndarray (p,), optional
         First guess of them; 0 if not given.
+    settled : float
+        Converged: no state moves by more than this share of its standard deviation.
 
     Raises
     ------
@@ -135,7 +139,7 @@ def smooth_orbit(
                 raise NumericalError(f"the orbit fit stalls at iteration {iteration}", do=_DO)
         shot, damping = trial, max(damping / 10.0, _UNDAMPED)
         frozen = frozen or change < 1.0 or iteration > _MAX_ITERATIONS // 2
-        if change < _STEP:
+        if change < settled:
             return SmoothedOrbit(
                 shot.states,
                 model(shot.states[:, :3], shot.theta)[0],
@@ -148,7 +152,7 @@ def smooth_orbit(
             )
     raise NumericalError(
         f"the orbit fit does not converge in {_MAX_ITERATIONS} iterations: it would still move by "
-        f"{change:.2g} standard deviations (allowed: {_STEP})",
+        f"{change:.2g} standard deviations (allowed: {settled})",
         do=_DO,
     )
 
@@ -158,7 +162,8 @@ def _stepped(
 ) -> Shot | None:
     theta = shot.theta.copy()
     theta[model.free] += step[6:]
-    return shoot(model, times, shot.states + shot.design @ step + shot.gaps, theta, closed)
+    states = step_in_elements(shot.states, shot.design @ step + shot.gaps, model.gm)
+    return shoot(model, times, states, theta, closed)
 
 
 def _prior_cost(shot: Shot, prior: Array, free: Indices) -> float:
