@@ -20,6 +20,8 @@ _FIRST, _SHORTEST = 10.0, 2.5
 _FEWEST, _WHOLE = 25, 1.5
 #: Most that an ellipse may miss the samples by, beside their noise, as a share of its size.
 _MISS = 0.5
+#: Standard deviations of the squared noise that are put down to chance.
+_SIGMAS = 4.0
 #: The span of the next fit over that of the last: its ends are known four times worse.
 _WIDER = 2.0
 #: How well an orbit over less than the whole is known, as a share of its standard deviations.
@@ -99,7 +101,8 @@ def _ellipse(
             continue
         noise, size = np.mean(spread[rows] ** 2), np.mean(guess[:, :3] ** 2)
         square = np.mean((places[rows] - guess[:, :3]) ** 2)
-        if square - noise < _MISS**2 * size:
+        chance = _SIGMAS * np.sqrt(2.0 / places[rows].size) * noise
+        if square - noise - chance < _MISS**2 * size:
             return rows, guess
         if longer or revolutions <= _SHORTEST:
             raise NumericalError(
