@@ -18,6 +18,7 @@ _HARMONICS = 5
 _SLOWEST, _FASTEST, _STEP = 0.4, 2.5, 0.4
 #: Mean motions looked at closely, and those of them whose ellipse is fitted.
 _CLOSELY, _FITTED = 6, 3
+_EVALUATIONS = 50
 #: Mean motions that drift apart by less than this over the span, rad, are the same.
 _SAME = 2.0
 #: Squared residuals, in the noise, by which the best ellipse must beat any other: in pure noise
@@ -156,6 +157,7 @@ def _fitted(
         misfit,
         np.array([1.0, e, m, *turn]),
         x_scale=np.array([1e-3, 0.1, 0.1, 0.1, 0.1, 0.1]),
+        max_nfev=_EVALUATIONS,  # orbits take ten; noise wanders
     )
     return 2.0 * float(found.cost), float(n * found.x[0]), states(found.x)
 

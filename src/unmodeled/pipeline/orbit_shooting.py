@@ -26,6 +26,8 @@ Field: TypeAlias = Callable[[Array], tuple[Array, Array]]
 
 #: Steps of fourth order between two samples; 25 samples a period make 400 steps of it.
 _STEPS = 16
+#: Doublings of the usual time between samples that these steps still serve.
+_LONG = 0.5
 #: Slopes and gaps beyond this are those of an orbit that fell apart.
 _WILD = 1e8
 #: Farthest that a gap moves a state at once, as a share of its radius.
@@ -150,7 +152,18 @@ def _integrate(
     n, p = len(states), len(model.free)
     big = np.zeros((n, 6, 7 + p))
     big[:, :, 0], big[:, :, 1:7] = states, np.eye(6)
-    h = (steps / _STEPS)[:, None, None]
+    # Gaps between the samples take more steps, by powers of two.
+    length = np.abs(steps)
+    doublings = np.ceil(np.log2(np.maximum(length / np.median(length), 1.0)) - _LONG).astype(int)
+    doublings = np.maximum(doublings, 0)
+    for k in np.unique(doublings):
+        rows = doublings == k
+        big[rows] = _flown(model, theta, big[rows], steps[rows], _STEPS * 2 ** int(k))
+    return big[:, :, 0], big[:, :, 1:7], big[:, :, 7:]
+
+
+def _flown(model: HarmonicField, theta: Array, big: Array, steps: Array, count: int) -> Array:
+    h = (steps / count)[:, None, None]
 
     def rate(now: Array) -> Array:
         value, G, H = model(now[:, :3, 0], theta)
@@ -162,7 +175,7 @@ def _integrate(
         return out
 
     with np.errstate(all="ignore"):  # what is not finite is found by the caller
-        for _ in range(_STEPS):
+        for _ in range(count):
             if not np.isfinite(big).all():
                 break
             one = rate(big)
@@ -170,4 +183,4 @@ def _integrate(
             three = rate(big + 0.5 * h * two)
             four = rate(big + h * three)
             big = big + h / 6.0 * (one + 2.0 * two + 2.0 * three + four)
-    return big[:, :, 0], big[:, :, 1:7], big[:, :, 7:]
+    return big
