@@ -24,8 +24,8 @@ _MISS = 0.5
 _SIGMAS = 4.0
 #: The span of the next fit over that of the last: its ends are known four times worse.
 _WIDER = 2.0
-#: How well an orbit over less than the whole is known, as a share of its standard deviations.
-_ENOUGH = 0.3
+#: How far the fits converge, in standard deviations: that of the whole, and of a part.
+_SETTLED, _ENOUGH = 0.01, 0.3
 #: How nearly an orbit carried on is one, in positions.
 _CARRIED = 1e-6
 _DO = "give a longer or less noisy trajectory, or a lower degree"
@@ -69,9 +69,8 @@ def search_orbit(data: OrbitData, field: Field, degree: int, prior: Array) -> Sm
     try:
         while True:
             part, whole = data.part(rows), rows == slice(0, count)
-            orbit = smooth_orbit(
-                part, field, guess, degree, prior, theta, **({} if whole else {"settled": _ENOUGH})
-            )
+            enough = _SETTLED if whole else _ENOUGH
+            orbit = smooth_orbit(part, field, guess, degree, prior, theta, settled=enough)
             if whole:
                 return orbit
             wider = _middle(data.times, _WIDER * (part.times[-1] - part.times[0]))
