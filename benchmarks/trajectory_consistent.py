@@ -43,10 +43,10 @@ LEARNERS = {
 }
 
 
-def data(seed: int, state: float) -> LearningData:
+def data(seed: int, state: float, volume: str = "low") -> LearningData:
     """Return the learning data of one pair of orbits."""
     content = {"seed": seed, "noise": {"state": state}, "learners": [{"kind": "point_mass"}]}
-    return prepare(CharacterizationConfig.resolve(content))
+    return prepare(CharacterizationConfig.resolve(content | {"data": {"volume": volume}}))
 
 
 def error(learner: Learner, of: LearningData) -> float:
@@ -72,9 +72,10 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=30)
     parser.add_argument("--noise", type=float, nargs="+", default=[0.05, 0.2, 1.0])
     parser.add_argument("--learners", nargs="+", default=list(LEARNERS), choices=LEARNERS)
+    parser.add_argument("--volume", default="low", choices=["low", "moderate"])
     given = parser.parse_args()
     for state in given.noise:
-        sets = [data(given.first + k, state) for k in range(given.seeds)]
+        sets = [data(given.first + k, state, given.volume) for k in range(given.seeds)]
         bare = []
         for of in sets:
             train = of.train
