@@ -7,81 +7,166 @@ import scipy.optimize
 from scipy.spatial.transform import Rotation
 
 from unmodeled.core.arrays import Array
-from unmodeled.core.errors import DataError
+from unmodeled.core.errors import DataError, NumericalError
+from unmodeled.core.kepler_orbit import solve_kepler
 
-__all__ = ["first_guess"]
+__all__ = ["ellipse_through", "first_guess", "revolution"]
 
-#: Harmonics of the mean anomaly that find the mean motion; motions tried, and looked at closely.
-_HARMONICS, _MOTIONS, _CLOSELY = 5, 600, 6
-#: Largest eccentricity.
-_MOST = 0.95
+#: Harmonics of the mean anomaly that find the mean motion.
+_HARMONICS = 5
+#: Mean motions tried: from and to, over that of the size of the orbit, and steps over 1 / span.
+_SLOWEST, _FASTEST, _STEP = 0.4, 2.5, 0.4
+#: Mean motions looked at closely, and those of them whose ellipse is fitted.
+_CLOSELY, _FITTED = 6, 3
+_EVALUATIONS = 50
+#: Mean motions that drift apart by less than this over the span, rad, are the same.
+_SAME = 2.0
+#: Squared residuals, in the noise, by which the best ellipse must beat any other: in pure noise
+#: the best of the mean motions tried leads the next by a few.
+_LEAD = 20.0
+#: Fewest positions, largest eccentricity.
+_FEWEST, _MOST = 12, 0.95
+#: Least share of the mean square that the size of the orbit is, where noise is most of it.
+_LEAST = 0.05
 
 
-def first_guess(times: Array, positions: Array, gm: float) -> Array:
-    """Return states (n, 6) on the slowly turning Kepler ellipse nearest to noisy positions.
+def revolution(positions: Array, gm: float, spread: Array | float = 0.0) -> float:
+    """Return about how long a revolution takes, from the size of an orbit.
+
+    Parameters
+    ----------
+    positions : ndarray (n, 3)
+        Noisy.
+    gm : float
+        Of the body.
+    spread : ndarray (n,) or float
+        Their standard deviations on each axis, whose part of the size is taken off.
+    """
+    square = float(np.mean((positions**2).sum(axis=1)))
+    own = max(square - 3.0 * float(np.mean(np.square(spread))), _LEAST * square)
+    return float(2 * np.pi * np.sqrt(own**1.5 / gm))
+
+
+def first_guess(times: Array, positions: Array, gm: float, spread: Array | float = 0.0) -> Array:
+    """Return states (n, 6) on the Kepler ellipse nearest to noisy positions.
 
     Mean motions of a grid are judged by a Fourier series of the mean anomaly, which is linear;
     the best few with eccentricity and mean anomaly by an ellipse, linear in its Thiele-Innes
-    constants. From there all elements, and a constant rate at which the ellipse turns about any
-    axis, are fitted together.
+    constants. From the best of those all six elements are fitted, with the axis that the mass and
+    the mean motion give.
 
     Parameters
     ----------
     times : ndarray (n,)
-        Increasing; more than one revolution.
+        Increasing; one revolution or more, and so few that the ellipse hardly turns.
     positions : ndarray (n, 3)
         Observed.
     gm : float
-        Of the body; ties the size of the ellipse to its mean motion.
+        Of the body.
+    spread : ndarray (n,) or float
+        Standard deviations of the positions on each axis; 0: not known, and no ellipse is refused.
+
+    Raises
+    ------
+    DataError
+        For fewer than 12 positions.
+    NumericalError
+        If two ellipses fit alike.
     """
-    if len(times) < 12:
+    if len(times) < _FEWEST:
         raise DataError(
             f"{len(times)} positions for an orbit", allowed="at least 12, over a revolution"
         )
     t = times - times[len(times) // 2]
-    radius = float(np.median(np.linalg.norm(positions, axis=1)))
-    motions = np.sqrt(gm / radius**3) * np.geomspace(0.4, 2.5, _MOTIONS)
-    order = np.argsort([_left(_series(n, t), positions) for n in motions])
-    near: list[float] = []
-    for n in motions[order]:
-        if len(near) < _CLOSELY and all(abs(n / m - 1) > 0.01 for m in near):
-            near.append(float(n))
-    grid = [
-        (_left(_ellipse(n, e, m, t)[0], positions), n, e, m)
-        for n in near
-        for e in np.linspace(0.0, 0.8, 9)
-        for m in np.linspace(-np.pi, np.pi, 24, endpoint=False)
-    ]
-    _, n, e, m = min(grid)
+    mean = 2 * np.pi / revolution(positions, gm, spread)
+    count = int(np.ceil((_FASTEST - _SLOWEST) * mean * (t[-1] - t[0]) / _STEP)) + 2
+    motions = mean * np.linspace(_SLOWEST, _FASTEST, count)
+    fits = []
+    for n in _apart(motions, [_left(_series(n, t), positions) for n in motions], t, _CLOSELY):
+        grid = [
+            (_left(_ellipse(n, e, m, t)[0], positions), e, m)
+            for e in np.linspace(0.0, 0.8, 9)
+            for m in np.linspace(-np.pi, np.pi, 24, endpoint=False)
+        ]
+        fits.append((*min(grid), n))
+    found = [_fitted(t, positions, gm, *fit[1:]) for fit in sorted(fits)[:_FITTED]]
+    best = min(found, key=lambda fit: fit[0])
+    square = float(np.mean(np.square(spread)))
+    for cost, n, _ in found:
+        other = abs(n - best[1]) * (t[-1] - t[0]) > _SAME
+        if other and cost - best[0] < _LEAD * square:
+            raise NumericalError(
+                f"{len(t)} positions with noise of {np.sqrt(square):.3g} fit orbits of "
+                f"{2 * np.pi / best[1]:.4g} and of {2 * np.pi / n:.4g} a revolution alike: squared "
+                f"residuals {(cost - best[0]) / square:.2g} apart (allowed: {_LEAD:g}); "
+                f"{count} mean motions tried, {2 * np.pi / motions[-1]:.3g} to "
+                f"{2 * np.pi / motions[0]:.3g} a revolution",
+                do="give a longer or less noisy trajectory",
+            )
+    return best[2]
+
+
+def ellipse_through(state: Array, ahead: Array, gm: float) -> Array | None:
+    """Return states (n, 6) on a Kepler ellipse at times ``ahead`` of one of them, (6,).
+
+    None if the state is not bound.
+    """
+    x, v = state[:3], state[3:]
+    r = float(np.linalg.norm(x))
+    axis = 1.0 / (2.0 / r - float(v @ v) / gm)
+    to_pericentre = np.cross(v, np.cross(x, v)) / gm - x / r
+    e = float(np.linalg.norm(to_pericentre))
+    if not 0 < axis < np.inf or not e < 1.0:
+        return None
+    p = to_pericentre / e if e > 1e-12 else x / r
+    w = np.cross(x, v) / np.linalg.norm(np.cross(x, v))
+    turn = Rotation.from_matrix(np.column_stack([p, np.cross(w, p), w]))
+    n = np.sqrt(gm / axis**3)
+    E = float(np.arctan2(x @ v / np.sqrt(gm * axis), 1.0 - r / axis)) if e > 1e-12 else 0.0
+    return _states(n, e, E - e * np.sin(E), turn, ahead, gm)
+
+
+def _apart(motions: Array, left: list[float], t: Array, most: int) -> list[float]:
+    """Return the best few mean motions that are not the same."""
+    out: list[float] = []
+    for k in np.argsort(left):
+        n = float(motions[k])
+        if len(out) < most and all(abs(n - m) * (t[-1] - t[0]) > _SAME for m in out):
+            out.append(n)
+    return out
+
+
+def _fitted(
+    t: Array, positions: Array, gm: float, e: float, m: float, n: float
+) -> tuple[float, float, Array]:
+    """Return what an ellipse leaves, its mean motion and states, all elements fitted."""
     p, q = np.linalg.lstsq(_ellipse(n, e, m, t)[0], positions, rcond=None)[0]
     p = p / np.linalg.norm(p)
     w = np.cross(p, q) / np.linalg.norm(np.cross(p, q))
     turn = Rotation.from_matrix(np.column_stack([p, np.cross(w, p), w])).as_rotvec()
-    start = np.array([1.0, e, m, *turn, 0.0, 0.0, 0.0])
+
+    def states(elements: Array) -> Array:
+        share, e, m = elements[:3]
+        e = float(np.clip(e, 0.0, _MOST))
+        return _states(n * share, e, m, Rotation.from_rotvec(elements[3:]), t, gm)
 
     def misfit(elements: Array) -> Array:
-        return (_turning(elements, n, t, gm)[:, :3] - positions).ravel()
+        return (states(elements)[:, :3] - positions).ravel()
 
     found = scipy.optimize.least_squares(
-        misfit, start, x_scale=np.array([1e-3, 0.1, 0.1, 0.1, 0.1, 0.1, 1e-2, 1e-2, 1e-2])
+        misfit,
+        np.array([1.0, e, m, *turn]),
+        x_scale=np.array([1e-3, 0.1, 0.1, 0.1, 0.1, 0.1]),
+        max_nfev=_EVALUATIONS,  # orbits take ten; noise wanders
     )
-    return _turning(found.x, n, t, gm)
+    return 2.0 * float(found.cost), float(n * found.x[0]), states(found.x)
 
 
-def _turning(elements: Array, n: float, t: Array, gm: float) -> Array:
-    """Return states (n, 6) of: motion over ``n``, eccentricity, anomaly, rotation, its rate."""
-    share, e, m = elements[:3]
-    e = float(np.clip(e, 0.0, _MOST))
-    motion = n * share
-    place, rate = _ellipse(motion, e, m, t)
-    size = (gm / motion**2) ** (1.0 / 3.0) * np.array([1.0, np.sqrt(1.0 - e * e)])
-    zero = np.zeros(len(t))
-    fixed = Rotation.from_rotvec(elements[3:6])
-    x = fixed.apply(np.column_stack([size * place, zero]))
-    v = fixed.apply(np.column_stack([size * rate, zero]))
-    turn = Rotation.from_rotvec(t[:, None] * elements[6:9])
-    x = turn.apply(x)
-    return np.hstack([x, turn.apply(v) + np.cross(elements[6:9], x)])
+def _states(n: float, e: float, m: float, turn: Rotation, t: Array, gm: float) -> Array:
+    place, rate = _ellipse(n, e, m, t)
+    size = np.cbrt(gm / n**2) * np.array([1.0, np.sqrt(1.0 - e * e)])
+    zero = np.zeros((len(t), 1))
+    return np.hstack([turn.apply(np.hstack([size * part, zero])) for part in (place, rate)])
 
 
 def _left(base: Array, positions: Array) -> float:
@@ -96,11 +181,8 @@ def _series(n: float, t: Array) -> Array:
 
 
 def _ellipse(n: float, e: float, m: float, t: Array) -> tuple[Array, Array]:
-    """Return the two coordinates (n, 2) in the plane of an ellipse of axis 1, and their rates."""
-    mean = m + n * t
-    E = mean + e * np.sin(mean)
-    for _ in range(12):
-        E = E - (E - e * np.sin(E) - mean) / (1.0 - e * np.cos(E))
+    """Return cos E - e and sin E, (n, 2), places in the plane over the axes, and their rates."""
+    E = solve_kepler(m + n * t, e)
     turn = n / (1.0 - e * np.cos(E))
     place = np.column_stack([np.cos(E) - e, np.sin(E)])
     return place, turn[:, None] * np.column_stack([-np.sin(E), np.cos(E)])

@@ -1,43 +1,37 @@
 """Batch least squares of one orbit in a learned field: smoothed states and accelerations.
 
 The field is a model, given as values and gradient, plus solid harmonics of low degree that take up
-what the model lacks, with a prior about zero. Unknowns are the initial state and those
-coefficients; data are positions and accelerations at known times. All intervals between the times
-are integrated side by side with their variational equations (multiple shooting, [Bock1984]),
-so that a first guess that is off everywhere a little does not diverge as one long shot would.
-Normalised units throughout.
+what the model lacks, with a prior about zero. Unknowns are the state in the middle and those
+coefficients; data are positions and accelerations at known times. Steps are those of Levenberg and
+Marquardt between orbits without gaps. Normalised units throughout.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import NumericalError
-from unmodeled.models.physics.exterior_harmonics import derivative, exterior_harmonics
+from unmodeled.pipeline.element_steps import step_in_elements
+from unmodeled.pipeline.orbit_data import OrbitData, kepler_acceleration, kepler_place
+from unmodeled.pipeline.orbit_shooting import Field, HarmonicField, Indices, Shot, shoot
 
-__all__ = ["Field", "SmoothedOrbit", "smooth_orbit"]
+__all__ = ["SmoothedOrbit", "smooth_orbit"]
 
-Indices: TypeAlias = npt.NDArray[np.intp]
-#: Acceleration (n, 3) and gradient (n, 3, 3) at positions (n, 3).
-Field: TypeAlias = Callable[[Array], tuple[Array, Array]]
-
-#: Steps of fourth order between two samples; 25 samples a period make 400 steps of it.
-_STEPS = 16
-#: Converged: no state moves by more than this share of its standard deviation.
-_STEP, _MAX_ITERATIONS = 0.01, 40
-#: Slopes and gaps beyond this are those of an orbit that fell apart.
-_WILD = 1e8
-#: Farthest that a state is moved at once, as a share of its radius.
-_REACH = 0.3
-#: Accelerations count where the position noise is less than this share of the radius: the field
-#: is not linear over more.
+_MAX_ITERATIONS = 40
+#: Damping of the first step, of Gauss and Newton's, and what means a stall.
+_DAMPING, _UNDAMPED, _STIFF = 1e-3, 1e-12, 1e4
+#: Costs that differ by less are equal: squared residuals in the noise.
+_EQUAL = 1e-4
+#: Gaps are closed to this share of the position noise, or of a radius if that is more.
+_CLOSED, _ROUNDED = 1e-6, 1e-11
+#: Accelerations count as such where the position noise is less than this share of the radius: the
+#: field is not linear over more. Others are read as places.
 _SHARP = 0.1
+#: Largest pull beside that of the mass, as a share of it, that such a place is corrected for.
+_SMALL = 0.1
 #: Factors of the prior that are tried, and the first one.
 _WIDTHS = np.geomspace(0.01, 1.0, 9)
 _FIRST_WIDTH = float(_WIDTHS[4])
@@ -65,7 +59,7 @@ class SmoothedOrbit:
     reduced_square : float
         Weighted sum of squared position residuals over their number: 1 if the noise is as stated.
     iterations : int
-        Of Gauss and Newton.
+        Of Levenberg and Marquardt.
     """
 
     states: Array
@@ -79,97 +73,174 @@ class SmoothedOrbit:
 
 
 def smooth_orbit(
-    times: Array,
-    observed: tuple[Array, Array],
-    noise: tuple[float, float],
+    data: OrbitData,
     field: Field,
     start: Array,
     degree: int,
     prior: Array,
-    gm: float,
+    coefficients: Array | None = None,
+    *,
+    settled: float = 0.01,
 ) -> SmoothedOrbit:
     """Fit an orbit in ``field`` plus harmonics to observed positions and accelerations.
 
     Parameters
     ----------
-    times : ndarray (n,)
-        Increasing.
-    observed : (ndarray (n, 3), ndarray (n, 3))
-        Positions and accelerations. Those of the accelerations belong to a place that is as
-        uncertain as the position, and another draw.
-    noise : (float, float)
-        Standard deviations of position, positive, and acceleration.
+    data : OrbitData
+        What was observed.
     field : callable
         What is known of the field.
     start : ndarray (n, 6)
-        First guess of the states.
+        First guess of the states: nearly an orbit of the field with ``coefficients``.
     degree : int
         Highest degree of the harmonics; -1 for none.
     prior : ndarray (p,)
         Standard deviations of their coefficients; 0 holds one at zero.
-    gm : float
-        Scale of the coefficients (with a reference radius of 1).
+    coefficients : ndarray (p,), optional
+        First guess of them; 0 if not given.
+    settled : float
+        Converged: no state moves by more than this share of its standard deviation.
 
     Raises
     ------
     NumericalError
-        If the iteration leaves the field's domain or does not converge.
+        If the first guess is no orbit of the field, or the iteration does not converge.
     """
-    x, y = observed
-    nodes, steps, free = start.copy(), np.diff(times), np.flatnonzero(prior)
-    model, theta, wide = _Model(field, degree, free, gm), np.zeros(len(prior)), _FIRST_WIDTH
-    frozen = not len(free)
+    free = np.flatnonzero(prior)
+    model = HarmonicField(field, degree, free, data.gm)
+    theta = np.zeros(len(prior)) if coefficients is None else coefficients
+    size = float(np.median(np.linalg.norm(start[:, :3], axis=1)))
+    closed = max(_CLOSED * data.position_noise, _ROUNDED * size)
+    shot = shoot(model, data.times, start, theta, closed)
+    if shot is None:
+        raise NumericalError("the first guess leads to no orbit in the field", do=_DO)
+    wide, damping, frozen = _FIRST_WIDTH, _DAMPING, not len(free)
     for iteration in range(1, _MAX_ITERATIONS + 1):
-        ends, phi, psi = _integrate(model, theta, nodes[:-1], steps)
-        if not (np.isfinite(ends).all() and np.isfinite(phi).all()):
-            raise _lost(iteration)
-        a, b, c = _condense(phi, psi, ends - nodes[1:])
-        if not np.abs(a).max() < _WILD or not np.abs(c).max() < _WILD:
-            raise _lost(iteration)
-        value, G, H = model(nodes[:, :3], theta)
-        design = np.concatenate([a, b], axis=2)
-        far = G @ design[:, :3]
-        far[:, :, 6:] += H
-        root = _noise_root(G, noise)
-        sharp = noise[0] < _SHARP * np.linalg.norm(nodes[:, :3], axis=1)
-        near = (x - nodes[:, :3] - c[:, :3]) / noise[0]
-        rest = np.linalg.solve(root, (y - value)[:, :, None] - G @ c[:, :3, None])[..., 0]
-        rows = np.concatenate([design[:, :3] / noise[0], np.linalg.solve(root, far)[sharp]])
-        whole = rows.reshape(-1, design.shape[2])
-        aim = np.concatenate([near, rest[sharp]]).ravel() + whole[:, 6:] @ theta[free]
-        triangle = np.asarray(np.linalg.qr(np.hstack([whole, aim[:, None]]), mode="r"))
+        seen = _Weighed(data, model, shot)
+        rows, aim = seen.linear(shot)
+        # The prior is about coefficients of zero, so the unknowns are they and not their steps.
+        aim = aim + rows[:, 6:] @ shot.theta[free]
+        triangle = np.asarray(np.linalg.qr(np.hstack([rows, aim[:, None]]), mode="r"))
         if not frozen:
             wide = _likely_width(triangle, prior[free], wide)
-        tail = np.diag(np.concatenate([np.zeros(6), 1.0 / (wide * prior[free])]))[6:]
-        full = np.vstack([triangle[:, :-1], tail])
-        scale = np.linalg.norm(full, axis=0)
-        q, r = np.linalg.qr(full / scale)
-        inverse = np.linalg.inv(r) / scale[:, None]
-        step = inverse @ (q.T @ np.concatenate([triangle[:, -1], np.zeros(len(free))]))
-        step[6:] -= theta[free]
-        moved = design @ step + c
-        length = np.linalg.norm(moved[:, :3], axis=1) / np.linalg.norm(nodes[:, :3], axis=1)
-        share = min(1.0, _REACH / max(float(length.max()), 1e-300))
-        nodes = nodes + share * moved
-        theta[free] += share * step[6:]
-        change = float((np.abs(moved) / np.linalg.norm(design @ inverse, axis=2)).max())
+        step_of = _Steps(triangle, wide * prior[free], shot.theta[free])
+        spread = np.linalg.norm(shot.design @ step_of.root, axis=2)
+        moved = shot.design @ step_of(_UNDAMPED) + shot.gaps
+        change = float((np.abs(moved) / spread).max())
+        cost = seen.cost(shot) + _prior_cost(shot, wide * prior, free)
+        while True:
+            trial = _stepped(model, data.times, shot, step_of(damping), closed)
+            if trial is not None:
+                fresh = seen.cost(trial) + _prior_cost(trial, wide * prior, free)
+                if fresh <= cost + _EQUAL:
+                    break
+            damping *= 10.0
+            if damping > _STIFF:
+                raise NumericalError(f"the orbit fit stalls at iteration {iteration}", do=_DO)
+        shot, damping = trial, max(damping / 10.0, _UNDAMPED)
         frozen = frozen or change < 1.0 or iteration > _MAX_ITERATIONS // 2
-        if share == 1.0 and change < _STEP:
+        if change < settled:
             return SmoothedOrbit(
-                nodes,
-                model(nodes[:, :3], theta)[0],
-                np.linalg.norm(far @ inverse, axis=2),
-                np.linalg.norm(design[:, :3] @ inverse, axis=2),
-                theta,
+                shot.states,
+                model(shot.states[:, :3], shot.theta)[0],
+                np.linalg.norm(seen.slopes @ step_of.root, axis=2),
+                spread[:, :3],
+                shot.theta,
                 wide,
-                float(np.mean((x - nodes[:, :3]) ** 2)) / noise[0] ** 2,
+                float(np.mean((data.positions - shot.positions) ** 2)) / data.position_noise**2,
                 iteration,
             )
-    raise NumericalError(f"the orbit fit does not converge in {_MAX_ITERATIONS} iterations", do=_DO)
+    raise NumericalError(
+        f"the orbit fit does not converge in {_MAX_ITERATIONS} iterations: it would still move by "
+        f"{change:.2g} standard deviations (allowed: {settled})",
+        do=_DO,
+    )
 
 
-def _lost(iteration: int) -> NumericalError:
-    return NumericalError(f"the orbit fit falls apart at iteration {iteration}", do=_DO)
+def _stepped(
+    model: HarmonicField, times: Array, shot: Shot, step: Array, closed: float
+) -> Shot | None:
+    theta = shot.theta.copy()
+    theta[model.free] += step[6:]
+    states = step_in_elements(shot.states, shot.design @ step + shot.gaps, model.gm)
+    return shoot(model, times, states, theta, closed)
+
+
+def _prior_cost(shot: Shot, prior: Array, free: Indices) -> float:
+    return float(np.sum((shot.theta[free] / prior[free]) ** 2))
+
+
+class _Steps:
+    """Steps of the unknowns for any damping, of columns scaled by their own norm."""
+
+    def __init__(self, triangle: Array, prior: Array, now: Array) -> None:
+        tail = np.diag(np.concatenate([np.zeros(6), 1.0 / prior]))[6:]
+        full = np.vstack([triangle[:, :-1], tail])
+        right = np.concatenate([triangle[:, -1], np.zeros(len(prior))]) - full[:, 6:] @ now
+        self._scale = np.linalg.norm(full, axis=0)
+        u, self._size, self._axes = np.linalg.svd(full / self._scale, full_matrices=False)
+        self._right = u.T @ right
+        #: Their covariance is ``root @ root.T``.
+        self.root = self._axes.T / self._size / self._scale[:, None]
+
+    def __call__(self, damping: float) -> Array:
+        shares = self._size / (self._size**2 + damping)
+        step: Array = self._axes.T @ (shares * self._right) / self._scale
+        return step
+
+
+class _Weighed:
+    """Residuals in their noise, with weights and places as they are at one orbit."""
+
+    def __init__(self, data: OrbitData, model: HarmonicField, shot: Shot) -> None:
+        self._data, self._model, at = data, model, shot.states[:, :3]
+        self._value, self._gradient, slopes = model(at, shot.theta)
+        #: Of the accelerations by the unknowns, (n, 3, 6 + p).
+        self.slopes = self._gradient @ shot.design[:, :3]
+        self.slopes[:, :, 6:] += slopes
+        self._root = _noise_root(self._gradient, (data.position_noise, data.acceleration_noise))
+        self._sharp = data.position_noise < _SHARP * np.linalg.norm(at, axis=1)
+        self._places = _places(data, model, shot.theta)
+        self._spread = data.place_spread(self._places)
+        self._read = ~self._sharp & np.isfinite(self._spread)
+
+    def linear(self, shot: Shot) -> tuple[Array, Array]:
+        """Return slopes (k, 6 + p) of all predictions, and the residuals (k,)."""
+        places, noise = shot.design[:, :3], self._data.position_noise
+        near = places[self._read] / self._spread[self._read, None, None]
+        sharp = np.linalg.solve(self._root, self.slopes)[self._sharp]
+        rows = np.concatenate([places / noise, near, sharp])
+        ahead = (self._gradient @ shot.gaps[:, :3, None])[..., 0]
+        return rows.reshape(-1, places.shape[2]), self._residuals(shot, self._value + ahead)
+
+    def cost(self, shot: Shot) -> float:
+        """Return the sum of squared residuals of any orbit."""
+        left = self._residuals(shot, self._model(shot.positions, shot.theta)[0])
+        return float(left @ left)
+
+    def _residuals(self, shot: Shot, accelerations: Array) -> Array:
+        data, at = self._data, shot.positions
+        near = (self._places - at)[self._read] / self._spread[self._read, None]
+        rest = (data.accelerations - accelerations)[:, :, None]
+        sharp = np.linalg.solve(self._root, rest)[self._sharp, :, 0]
+        return np.concatenate([(data.positions - at) / data.position_noise, near, sharp]).ravel()
+
+
+def _places(data: OrbitData, model: HarmonicField, theta: Array) -> Array:
+    """Return where the accelerations were felt, (n, 3), as the field tells.
+
+    Exact in the noise, however large, where the field is that of the mass. How a place moves with
+    the coefficients is left out of the fit, and so is the density of the accelerations: both say
+    the same on the average, with opposite signs.
+    """
+    places = kepler_place(data.accelerations, data.gm)
+    far = np.linalg.norm(places, axis=1)
+    outside = np.flatnonzero(far >= 1.0)
+    more = model(places[outside], theta)[0] - kepler_acceleration(places[outside], data.gm)
+    small = np.linalg.norm(more, axis=1) < _SMALL * data.gm / far[outside] ** 2
+    mended = data.accelerations[outside[small]] - more[small]
+    places[outside[small]] = kepler_place(mended, data.gm)
+    return places
 
 
 def _likely_width(triangle: Array, prior: Array, now: float) -> float:
@@ -182,68 +253,6 @@ def _likely_width(triangle: Array, prior: Array, now: float) -> float:
         evidence = -0.5 * float(r[-1, -1]) ** 2 - halves - free * float(np.log(wide))
         best = max(best, (evidence, float(wide)))
     return best[1]
-
-
-class _Model:
-    """The field with its harmonics: acceleration, gradient, and slopes by the free coefficients."""
-
-    def __init__(self, field: Field, degree: int, free: Indices, gm: float) -> None:
-        self._field, self._degree, self.free, self._gm = field, degree, free, gm
-
-    def __call__(self, x: Array, theta: Array) -> tuple[Array, Array, Array]:
-        value, G = self._field(x)
-        if not len(self.free):
-            return value, G, np.empty((len(x), 3, 0))
-        table = exterior_harmonics(x, self._degree + 2)
-        first = [derivative(table, i) for i in range(3)]
-        H = self._gm * np.stack([f[: len(theta)].T for f in first], axis=1)
-        own = np.empty_like(G)
-        for i in range(3):
-            for j in range(i, 3):
-                own[:, i, j] = own[:, j, i] = theta @ derivative(first[i], j)[: len(theta)]
-        return value + H @ theta, G + self._gm * own, H[:, :, self.free]
-
-
-def _integrate(
-    model: _Model, theta: Array, states: Array, steps: Array
-) -> tuple[Array, Array, Array]:
-    """Return ends (n, 6) of all intervals, their transition (n, 6, 6) and slopes (n, 6, p)."""
-    n, p = len(states), len(model.free)
-    big = np.zeros((n, 6, 7 + p))
-    big[:, :, 0], big[:, :, 1:7] = states, np.eye(6)
-    h = (steps / _STEPS)[:, None, None]
-
-    def rate(now: Array) -> Array:
-        value, G, H = model(now[:, :3, 0], theta)
-        out = np.empty_like(now)
-        out[:, :3] = now[:, 3:]
-        out[:, 3:, 0] = value
-        out[:, 3:, 1:] = G @ now[:, :3, 1:]
-        out[:, 3:, 7:] += H
-        return out
-
-    with np.errstate(all="ignore"):  # what is not finite is found by the caller
-        for _ in range(_STEPS):
-            if not np.isfinite(big).all():
-                break
-            one = rate(big)
-            two = rate(big + 0.5 * h * one)
-            three = rate(big + 0.5 * h * two)
-            four = rate(big + h * three)
-            big = big + h / 6.0 * (one + 2.0 * two + 2.0 * three + four)
-    return big[:, :, 0], big[:, :, 1:7], big[:, :, 7:]
-
-
-def _condense(phi: Array, psi: Array, gap: Array) -> tuple[Array, Array, Array]:
-    """Return how all states follow the first one, the coefficients, and the gaps."""
-    n, p = len(phi) + 1, psi.shape[2]
-    a, b, c = np.empty((n, 6, 6)), np.zeros((n, 6, p)), np.zeros((n, 6))
-    a[0] = np.eye(6)
-    for k in range(n - 1):
-        a[k + 1] = phi[k] @ a[k]
-        b[k + 1] = phi[k] @ b[k] + psi[k]
-        c[k + 1] = phi[k] @ c[k] + gap[k]
-    return a, b, c
 
 
 def _noise_root(G: Array, noise: tuple[float, float]) -> Array:

@@ -18,8 +18,10 @@ from unmodeled.core.units import NORMALISED_GM
 from unmodeled.datasets.learning_data import LearningData
 from unmodeled.models.learned import Learner, NoiseLevel, PointMassOnly
 from unmodeled.models.physics.exterior_harmonics import column_degrees
-from unmodeled.pipeline.orbit_guess import first_guess
-from unmodeled.pipeline.orbit_smoothing import Field, SmoothedOrbit, smooth_orbit
+from unmodeled.pipeline.orbit_data import OrbitData
+from unmodeled.pipeline.orbit_search import search_orbit
+from unmodeled.pipeline.orbit_shooting import Field
+from unmodeled.pipeline.orbit_smoothing import smooth_orbit
 
 __all__ = ["ConsistentFit", "train_consistently", "trajectory_consistent_fit"]
 
@@ -143,17 +145,13 @@ def trajectory_consistent_fit(
     field: Field = _flown(PointMassOnly(gm).fit(X, y))
     moved: list[float] = []
     square, reason = float("inf"), ""
+    data = OrbitData(t, X[order], y[order], noise.position, noise.acceleration, gm)
     with one_thread():
-
-        def orbit_in(model: Field, start: Array, size: Array) -> SmoothedOrbit:
-            seen, levels = (X[order], y[order]), (noise.position, noise.acceleration)
-            return smooth_orbit(t, seen, levels, model, start, degree, size, gm)
-
-        orbit = orbit_in(field, first_guess(t, X[order], gm), sizes)
+        orbit = search_orbit(data, field, degree, sizes)
         for k in range(rounds):
             if k:
                 try:
-                    orbit = orbit_in(field, orbit.states, sizes)
+                    orbit = smooth_orbit(data, field, orbit.states, degree, sizes)
                 except NumericalError as error:
                     reason += f"; and no orbit near it: {error}"
                     break
@@ -163,7 +161,7 @@ def trajectory_consistent_fit(
             )
             field = _flown(learner)
             try:
-                alone = orbit_in(field, states, 0.0 * sizes)
+                alone = smooth_orbit(data, field, states, degree, 0.0 * sizes)
             except NumericalError as error:
                 moved.append(float("inf"))
                 reason = f"no orbit in what was learned: {error}"
