@@ -8,7 +8,8 @@ import numpy as np
 
 from unmodeled.core.arrays import Array
 from unmodeled.core.errors import NumericalError
-from unmodeled.models.learned._potential_evidence import Data, covariance_root, improve
+from unmodeled.models.learned._potential_covariance import covariance_root
+from unmodeled.models.learned._potential_evidence import Data, improve
 from unmodeled.models.learned._potential_field import PotentialField
 from unmodeled.models.learned._potential_noise import (
     EFFICIENCY,

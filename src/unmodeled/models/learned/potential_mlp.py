@@ -95,8 +95,8 @@ class PotentialMLP(Learner):
 
     def __init__(
         self,
-        layers: int = 2,
-        width: int = 12,
+        layers: int = 1,
+        width: int = 40,
         activation: Literal["sine", "tanh"] = "sine",
         inputs: Literal["kelvin", "direction"] = "kelvin",
         harmonic: bool = True,
