@@ -54,7 +54,7 @@ def covariance_root(
         downhill = s.data * b + s.laplace * bL - diagonal * offset
         rows += [inverse, (inverse.T @ (inverse @ downhill))[None]]
     stacked = np.concatenate(rows) / np.sqrt(2 * len(names))
-    upper = np.linalg.qr(stacked, mode="r")
+    upper = np.asarray(np.linalg.qr(stacked, mode="r"))
     return np.ascontiguousarray(prior.scale[:, None] * upper.T)
 
 
