@@ -61,7 +61,7 @@ def test_acceleration_gradient_and_laplacian_by_automatic_differentiation(inputs
 
 def test_slopes_of_acceleration_and_laplacian_by_the_weights():
     X, y, held, _ = samples()
-    model = PotentialMLP(width=5, steps=10).fit(X, y)
+    model = PotentialMLP(layers=2, width=5, steps=10).fit(X, y)
     x = held[:1]
     _, slopes = model._field.slopes(x, model._unknowns)
     _, bends = model._field.laplacian_slopes(x, model._unknowns)

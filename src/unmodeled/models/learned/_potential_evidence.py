@@ -24,7 +24,7 @@ from unmodeled.core.errors import NumericalError
 from unmodeled.models.learned._potential_field import PotentialField
 from unmodeled.models.learned._potential_prior import Prior, Strengths, Sums, factor, re_estimate
 
-__all__ = ["Data", "covariance_root", "improve"]
+__all__ = ["Data", "improve", "normal_equations"]
 
 #: Points whose slopes are in memory at once.
 _CHUNK = 1024
@@ -78,7 +78,7 @@ def improve(
     damping = 1e-2
     sums = _sums(field, data, prior, unknowns)
     for k in range(steps):
-        A, b, AL, bL = _normal(field, data, prior, unknowns)
+        A, b, AL, bL = normal_equations(field, data, prior, unknowns)
         diagonal = prior.diagonal(strengths)
         offset = (unknowns - prior.centre) / prior.scale
         matrix = strengths.data * A + strengths.laplace * AL + np.diag(diagonal)
@@ -111,17 +111,6 @@ def improve(
     return unknowns, strengths
 
 
-def covariance_root(
-    field: PotentialField, data: Data, prior: Prior, unknowns: Array, strengths: Strengths
-) -> Array:
-    """Return R (p, p) with R R' the covariance of the unknowns, linearised about them."""
-    A, _, AL, _ = _normal(field, data, prior, unknowns)
-    matrix = strengths.data * A + strengths.laplace * AL + np.diag(prior.diagonal(strengths))
-    lower = factor(matrix)
-    inverse = scipy.linalg.solve_triangular(lower, np.eye(len(matrix)), lower=True)
-    return np.ascontiguousarray(prior.scale[:, None] * inverse.T)
-
-
 def _sums(field: PotentialField, data: Data, prior: Prior, unknowns: Array) -> Sums:
     misfit = data.target - field.acceleration(data.x, unknowns)
     whitened = (data.root @ misfit[:, :, None]).ravel()
@@ -138,7 +127,7 @@ def _sums(field: PotentialField, data: Data, prior: Prior, unknowns: Array) -> S
     )
 
 
-def _normal(
+def normal_equations(
     field: PotentialField, data: Data, prior: Prior, unknowns: Array
 ) -> tuple[Array, Array, Array, Array]:
     """Return J'J and J'r of the data, and of the penalty, for scaled unknowns."""

@@ -12,10 +12,15 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
+import scipy.special
 
 from unmodeled.core.arrays import Array
 
 __all__ = ["Activation", "Jet", "Network", "Trace", "activate"]
+
+#: First weights of inputs of order one, as a multiple of what makes their sums of order one: the
+#: larger, the more of the high degrees.
+_ROUGH = 3.0
 
 Activation: TypeAlias = Literal["tanh", "sine"]
 
@@ -103,16 +108,18 @@ class Network:
     def draw(self, random_state: int) -> tuple[Array, Array]:
         """Return first weights, the output's zero, and the scale (count,) of their prior."""
         generator = np.random.default_rng(random_state)
-        scales = []
+        scales, starts = [], []
         for k, (rows, columns) in enumerate(self._shapes):
-            # The first biases spread the nodes over the inputs, which are of order one.
-            size = 1.0 / np.sqrt(columns)
+            size = (_ROUGH if k == 0 else 1.0) / np.sqrt(columns)
             scales += [np.full(rows * columns, size), np.full(rows, 1.0 if k == 0 else 0.5)]
-        scales.append(np.full(self.count - self.hidden, 1.0 / np.sqrt(self._shapes[-1][0])))
+            if k == 0:
+                starts += _spread(rows, columns, generator)
+            else:
+                starts += [generator.normal(size=rows * columns), generator.normal(size=rows)]
+        outputs = self.count - self.hidden
+        scales.append(np.full(outputs, 1.0 / np.sqrt(outputs)))
         scale = np.concatenate(scales)
-        start = scale * generator.normal(size=self.count)
-        start[self.hidden :] = 0.0
-        return start, scale
+        return scale * np.concatenate([*starts, np.zeros(outputs)]), scale
 
     def norms(self, weights: Array) -> list[float]:
         """Return the spectral norm of each layer, the output last; slopes are at most 1."""
@@ -191,3 +198,20 @@ class Network:
             blocks += [a, outer.reshape(len(a), -1)]
             h, d, bar = a @ matrix, da @ matrix, bar @ matrix
         return np.concatenate(blocks[::-1], axis=1)
+
+
+def _spread(rows: int, columns: int, generator: np.random.Generator) -> list[Array]:
+    """Return weights (rows * columns,) and biases (rows,) of a first layer in units of their scale.
+
+    Normal weights, but evenly so: directions are orthogonal in blocks, the squares of lengths are
+    quantiles of chi squared, phases those of a period. Few units then span the directions and
+    degrees that many independent ones do.
+    """
+    blocks = []
+    for _ in range(-(-rows // columns)):
+        q, r = np.linalg.qr(generator.normal(size=(columns, columns)))
+        blocks.append(q * np.sign(np.diag(r)))
+    share = (np.arange(rows) + 0.5) / rows
+    length = np.sqrt(2.0 * scipy.special.gammaincinv(0.5 * columns, generator.permutation(share)))
+    weights = np.concatenate(blocks)[:rows] * length[:, None]
+    return [weights.ravel(), 2.0 * np.pi * (generator.permutation(share) - 0.5)]

@@ -41,7 +41,10 @@ class PotentialMLP(Learner):
     A few hundred weights are fitted by Levenberg-Marquardt with closed-form derivatives. The noise,
     the strength of the penalty and those of the weights maximise the evidence [MacKay1992], with
     weak priors of their own; see `unmodeled.models.learned._potential_evidence`. The covariance is
-    that of all weights and the mass, linearised about the fit (Laplace's approximation).
+    that of all weights and the mass, linearised about the fit (Laplace's approximation) and
+    averaged over the strengths. One layer of many units, rough and evenly drawn, is meant for it:
+    linearised about a fit to noisy samples, whose output weights are small, a network can do what
+    its units can as they are, and two layers of twelve could hardly do degrees of two and more.
 
     Noise of the positions counts through the gravity gradient of the fit, repeated, and the field
     is fitted at the positions that it makes most likely, with Student's t for outliers. Where it
@@ -95,8 +98,8 @@ class PotentialMLP(Learner):
 
     def __init__(
         self,
-        layers: int = 2,
-        width: int = 12,
+        layers: int = 1,
+        width: int = 40,
         activation: Literal["sine", "tanh"] = "sine",
         inputs: Literal["kelvin", "direction"] = "kelvin",
         harmonic: bool = True,
