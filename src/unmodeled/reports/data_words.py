@@ -90,8 +90,8 @@ def data_sentences(result: CharacterizationResult) -> list[str]:
         sentences.append(
             "The learners did not see the samples but the states and accelerations of an orbit "
             "fitted to the noisy positions (training: trajectory_consistent). Its fit estimates "
-            "harmonics of low degree, so that learners can come out alike. The uncertainty that they "
-            "state leaves out that of the orbit's field, and is too small."
+            "harmonics of low degree, so that learners can come out alike. The uncertainty that "
+            "they state leaves out that of the orbit's field, and is too small."
         )
     return sentences
 
