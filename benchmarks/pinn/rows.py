@@ -211,6 +211,7 @@ ROWS: tuple[Row, ...] = (
         "potential mlp, directions, no Laplacian",
         "potential_mlp",
         inputs="direction",
+        layers=2,
         width=24,
         harmonic=False,
     ),
