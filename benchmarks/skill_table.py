@@ -22,7 +22,7 @@ import pandas as pd
 from skill.page import write_page
 from skill.plan import FULL, SMALL, NotRun, make_runs
 from skill.runner import SkillRunner
-from skill.summary import check_use, summarize_cells
+from skill.summary import check_use, over_point_mass, summarize_cells
 
 from unmodeled.pipeline.sweep.grid import Plan
 from unmodeled.pipeline.sweep.store import Store
@@ -82,6 +82,8 @@ def main() -> None:
     for item in not_run:
         print(f"not run: {item.learner}, {item.volume} volume: {item.reason}")
     print(check_use(runs, cells).sentence())
+    print("\nerror on another orbit over the bare point mass's; cells that are worse than twice")
+    print(over_point_mass(cells).to_string(float_format="{:.2g}".format))
     for (volume, field), own in cells.groupby(["volume", "field"], sort=False):
         print(f"\n{field}, {volume} volume: median fractional error on other orbits")
         levels = own.pivot_table("extrapolation_median", "learner", ["sigma_s", "sigma_a"])

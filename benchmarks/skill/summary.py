@@ -10,9 +10,17 @@ import pandas as pd
 from skill.fields import REGIONS
 from skill.learners import ORACLE, REFERENCES
 from skill.runner import NO_DATA
-from unmodeled.pipeline.use_check import DO_NOT_USE, UseCheck
+from unmodeled.pipeline.use_check import DO_NOT_USE, UNFIT_RATIO, UseCheck
 
-__all__ = ["CELL", "SETS", "UseOfTable", "check_use", "is_candidate", "summarize_cells"]
+__all__ = [
+    "CELL",
+    "SETS",
+    "UseOfTable",
+    "check_use",
+    "is_candidate",
+    "over_point_mass",
+    "summarize_cells",
+]
 
 #: What a cell is.
 CELL = ["field", "volume", "sigma_s", "sigma_a", "learner", "kind", "baseline"]
@@ -45,6 +53,29 @@ def summarize_cells(runs: pd.DataFrame) -> pd.DataFrame:
     cells = pd.DataFrame(rows)
     return cells.sort_values(["volume", "field", "sigma_s", "sigma_a"], kind="stable").reset_index(
         drop=True
+    )
+
+
+def over_point_mass(cells: pd.DataFrame) -> pd.DataFrame:
+    """Return how each learner does against the bare point mass, over fields and noise.
+
+    One row a volume and learner: ``cells``, median and worst of the ratio of the cells' medians on
+    another orbit, and in how many cells it is above `UNFIT_RATIO` there, ``below`` and ``far``.
+    """
+    sets = ("extrapolation", "below", "far")
+    ratios = {s: cells[f"{s}_median"] / cells[f"{s}_point_mass"] for s in sets}
+    table = cells[["volume", "learner"]].assign(
+        ratio=ratios["extrapolation"],
+        **{f"worse: {s}": r > UNFIT_RATIO for s, r in ratios.items()},
+    )
+    groups = table.groupby(["volume", "learner"])
+    found = (
+        groups["ratio"]
+        .agg(["size", "median", "max"])
+        .set_axis(["cells", "median ratio", "worst ratio"], axis=1)
+    )
+    return found.join(groups[[f"worse: {s}" for s in sets]].sum()).sort_values(
+        ["volume", "median ratio"], kind="stable"
     )
 
 

@@ -253,3 +253,7 @@ def test_an_orbit_fit_takes_positions_of_one_orbit():
         ConfigError, match=r"data.training_orbits is 2\. Allowed: one training orbit"
     ):
         config(GP, training="trajectory_consistent", training_orbits=2)
+    noise = {"state": 0.1, "draws": "consistent"}
+    text = r"noise\.draws is consistent\. Allowed: independent: the accelerations are read"
+    with pytest.raises(ConfigError, match=text):
+        config(GP, training="trajectory_consistent", noise=noise)

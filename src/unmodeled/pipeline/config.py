@@ -296,6 +296,12 @@ class CharacterizationConfig(Section):
                 f"{self.data.training_orbits}",
                 allowed="one training orbit",
             )
+        if self.training != "samples" and self.noise.draws != "independent":
+            raise ConfigError(
+                f"training is {self.training} and noise.draws is {self.noise.draws}",
+                allowed="independent: the accelerations are read as a second look at each place",
+                do="write training: samples; consistent pairs lie on the true field",
+            )
         for learner in self.learners:
             if self.training != "samples" and learner.beyond_position:
                 raise ConfigError(
