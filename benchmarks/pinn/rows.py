@@ -207,6 +207,7 @@ ROWS: tuple[Row, ...] = (
     _mascon_gp(1000),
     _package("elm on point mass", "elm", nodes=400),
     _package("potential mlp", "potential_mlp"),
+    _package("potential mlp, 2 x 12", "potential_mlp", layers=2, width=12),
     _package(
         "potential mlp, directions, no Laplacian",
         "potential_mlp",
