@@ -70,6 +70,18 @@ CONFIG_CASES = {
         CONFIG.replace("kind: point_mass", "kind: exakt_gp"),
         'c.yaml: unknown learner "exakt_gp". Did you mean "exact_gp"?',
     ),
+    "unknown input": (
+        CONFIG.replace("kind: point_mass", "kind: elm, inputs: [position, velocty]"),
+        'c.yaml: learner "elm": unknown input "velocty". Did you mean "velocity"?',
+    ),
+    "inputs of a field": (
+        CONFIG.replace("kind: point_mass", "kind: point_mass, inputs: [position, velocity]"),
+        'learner "point_mass" with inputs position, velocity. Allowed: position:',
+    ),
+    "the Sun without an epoch": (
+        CONFIG.replace("kind: point_mass", "kind: elm, inputs: [position, sun_cosine]"),
+        "input sun_cosine and data.epoch is not given. Write e.g. epoch:",
+    ),
     "unknown body": (CONFIG.replace("bennu", "benu"), 'did you mean "bennu"?'),
     "e >= 1": (
         CONFIG.replace(
