@@ -153,7 +153,8 @@ def learner_sentence(
 
 def zonal_truth(result: CharacterizationResult) -> bool:
     """Return whether the truth is a simulated zonal field, whose family the oracle knows."""
-    return result.config.data.simulated and result.config.data.field is None
+    data = result.config.data
+    return data.simulated and data.field is None and data.effects is None
 
 
 def _training(v: Verdict, s: dict[str, ErrorSummary]) -> str:
