@@ -82,20 +82,19 @@ def extra_effects(
 
 
 def with_extra_effects(dynamics: Dynamics, found: Known | None, tracks: Tracks | None) -> Dynamics:
-    """Return a true field with the forces beside it.
+    """Return a true field with the forces beside it and what it knows of other bodies.
 
     Raises
     ------
     ConfigError
         If a force is in the field already.
     """
-    if found is None:
+    if found is None and tracks is None:
         return dynamics
-    own = {p.name for p in dynamics.parameters}
-    values = {k: v for k, v in found.values.items() if k not in own}
+    effects, values = ((), {}) if found is None else (found.effects, found.values)
     return Dynamics(
-        (*dynamics.effects, *found.effects),
-        dynamics.values | values,
+        (*dynamics.effects, *effects),
+        {**values, **dynamics.values},
         spinning=dynamics.system.spinning,
         tracks=tracks,
     )

@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError, create_model, model
 
 from unmodeled.core.errors import ConfigError
 from unmodeled.core.units import NormalisedUnits
+from unmodeled.core.words import listed
 from unmodeled.models.learned import (
     InputFeatures,
     Learner,
@@ -144,10 +145,9 @@ def _declared(given: dict[str, Any], cls: type[Learner]) -> dict[str, Any]:
 
 def _title(kind: Any, baseline: str, inputs: tuple[str, ...]) -> str:
     """Return the label of a learner that was given none."""
-    # Before the baseline: figures cut long labels at their end.
-    *most, last = [name.replace("_", " ") for name in ("", *inputs[1:])]
-    others = " and ".join(part for part in (", ".join(most[1:]), last) if part)
-    title = str(kind).replace("_", " ") + (f" with {others}" if others else "")
+    title = str(kind).replace("_", " ")
+    if others := [name.replace("_", " ") for name in inputs[1:]]:
+        title += f" with {listed(others)}"  # before the baseline: figures cut labels at their end
     return title + (" on point mass" if baseline == "point_mass" else "")
 
 

@@ -85,6 +85,7 @@ def prepare(
         dynamics, orbits, facts = (simulated or partial(simulate, folders=folders))(config, body)
         turning = config.data.field
         beside = config.data.effects is not None
+        # Remembered orbits may be those of learners without the Sun: it is asked for here too.
         make = partial(
             make_learning_data,
             orbits.orbits,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from unmodeled.core.words import listed
 from unmodeled.pipeline.results import CharacterizationResult
 from unmodeled.reports.numbers import number, seconds_text
 
@@ -125,16 +126,11 @@ def noise_sentence(result: CharacterizationResult) -> str:
             f"{number(sigma)} m/s² in acceleration "
             f"({number(100 * sigma / _median_acceleration(result))} % of the median acceleration)"
         )
-    return f"Noise on each axis, one sigma: {_listed(parts)}, {noise.draws} draws.{end}"
+    return f"Noise on each axis, one sigma: {listed(parts)}, {noise.draws} draws.{end}"
 
 
 def _inputs(result: CharacterizationResult) -> set[str]:
     return {name for learner in result.config.learners for name in learner.inputs}
-
-
-def _listed(parts: list[str]) -> str:
-    *first, last = parts
-    return f"{', '.join(first)} and {last}" if first else last
 
 
 def _median_acceleration(result: CharacterizationResult) -> float:

@@ -15,10 +15,7 @@ from unmodeled.models.physics import Dynamics
 from unmodeled.pipeline.cases.accepted_values import Surveyed
 from unmodeled.pipeline.cases.candidate import Candidate
 from unmodeled.pipeline.cases.case import Case
-from unmodeled.pipeline.cases.case_config import (
-    CaseConfig,
-    ExcludeConfig,
-)
+from unmodeled.pipeline.cases.case_config import CaseConfig, ExcludeConfig
 from unmodeled.pipeline.cases.catalogue import default_candidates
 from unmodeled.pipeline.cases.cut_arcs import cut
 from unmodeled.pipeline.cases.first_guess import first_guess
@@ -69,10 +66,8 @@ class Ground:
     def of(cls, config: CaseConfig, folder: Path) -> Ground:
         """Return the ground of a case file; paths are relative to its folder."""
         parse_epoch(config.epoch)
-        body, craft = (
-            _body(config.body, folder),
-            config.spacecraft.made() if config.spacecraft else None,
-        )
+        body = _body(config.body, folder)
+        craft = config.spacecraft.made() if config.spacecraft else None
         kernel = _kernel(config.ephemeris, folder)
         around = Surroundings(body, config.epoch, config.frame, kernel)
         return cls(
